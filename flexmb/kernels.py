@@ -118,8 +118,11 @@ class Contract:
     signature: Any
 
 
+_BY_NAME: dict[str, Contract] = {}  # for unpickling typed-in kernels
+
+
 def _contract(name: str, parameters: str, result: Any, *arguments: Any) -> Contract:
-    return Contract(name, tuple(parameters.split()), result(*arguments))
+    return _BY_NAME.setdefault(name, Contract(name, tuple(parameters.split()), result(*arguments)))
 
 
 ELEMENT = _contract(
@@ -363,12 +366,6 @@ force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
 control_kernel = _decorator(CONTROL)
-
-_CONTRACTS = (
-    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, EXTREMUM, FORCE, TANGENT,
-    ACCOUNT, CONTROL,
-)  # fmt: skip
-_BY_NAME = {contract.name: contract for contract in _CONTRACTS}  # for unpickling typed-in kernels
 
 
 def address_table(kernels: Sequence[Kernel]) -> Any:

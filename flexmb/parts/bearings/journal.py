@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -13,7 +13,7 @@ import scipy.optimize
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.fields import field, instance, positive, record
+from flexmb.fields import field, instance, positive, record, record_with
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
@@ -33,32 +33,21 @@ TRIED = 72  # number of angles of a bearing with grooves between which its place
 MOST = 2000  # number of iterations in which an eccentricity is found
 
 
-@dataclass(frozen=True)
+@record_with(eq=False)
 class FilmEquilibrium:
-    """Journal that a film carries at a constant load and speed; axes along the load, and 90 degrees ahead in the spin.
+    """Journal that a film carries at constant load and speed; axes along the load, and 90 degrees ahead in the spin."""
 
-    Parameters
-    ----------
-    eccentricity : over the clearance.
-    attitude : angle from the load to the line of centres, in the direction of the spin [rad].
-    stiffness, damping : coefficients (2, 2) of the film [N/m, N s/m]: minus the derivatives of its force.
-    film_thickness, pressure, power, flow : as the signals of the joint [m, Pa, W, m3/s].
-    equivalent_stiffness : stiffness of the film against the whirl at the limit of stability [N/m].
-    whirl_ratio : whirl over spin there; 0: the journal is stable at every mass.
-    critical_mass : mass carried by the film above which a rigid rotor whirls at this speed [kg]; inf: none.
-    """
-
-    eccentricity: float
-    attitude: float
-    stiffness: np.ndarray
-    damping: np.ndarray
-    film_thickness: float
-    pressure: float
-    power: float
-    flow: float
-    equivalent_stiffness: float
-    whirl_ratio: float
-    critical_mass: float
+    eccentricity: float = field("over the clearance")
+    attitude: float = field("angle from the load to the line of centres, in the direction of the spin", "rad")
+    stiffness: np.ndarray = field("coefficients (2, 2) of the film: minus the derivatives of its force", "N/m")
+    damping: np.ndarray = field("the same by the velocity", "N s/m")
+    film_thickness: float = field("as the signal of the joint", "m")
+    pressure: float = field("as the signal of the joint", "Pa")
+    power: float = field("as the signal of the joint", "W")
+    flow: float = field("as the signal of the joint", "m3/s")
+    equivalent_stiffness: float = field("of the film against the whirl at the limit of stability", "N/m")
+    whirl_ratio: float = field("whirl over spin there; 0: the journal is stable at every mass")
+    critical_mass: float = field("mass carried by the film above which a rigid rotor whirls; inf: none", "kg")
 
 
 def equilibrium(

@@ -28,6 +28,7 @@ from flexmb.model.contributions import (
     ContactContribution,
     Contribution,
     ElementContribution,
+    ElementKernels,
     Node,
     node_coordinates,
 )
@@ -97,22 +98,14 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, node_weight(p, q), 0.0
 
 
+NODE_MASS = ElementKernels(node_mass_kernel, node_mass_energy, node_mass_force, node_mass_tangent, node_mass_account)
+
+
 def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point) -> ElementContribution:
     """Contribution of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
     gx, gy = gravity
     p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
-    dofs = node_coordinates(part, node)
-    return ElementContribution(
-        part,
-        node_mass_kernel,
-        dofs,
-        p,
-        energy=node_mass_energy,
-        force=node_mass_force,
-        tangent=node_mass_tangent,
-        account=node_mass_account,
-        diagonal=True,
-    )
+    return NODE_MASS.contribution(part, node_coordinates(part, node), p, diagonal=True)
 
 
 @element_kernel
@@ -179,18 +172,13 @@ def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, mean_weight(p, q), 0.0
 
 
+MEAN_MASS = ElementKernels(mean_mass_kernel, mean_mass_energy, mean_mass_force, None, mean_mass_account)
+
+
 def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> ElementContribution:
     """Contribution of a point mass [kg] held at the mean position of several nodes."""
     coordinates = tuple(c for node in nodes for c in node_coordinates(part, node)[:2])
-    return ElementContribution(
-        part,
-        mean_mass_kernel,
-        coordinates,
-        (mass, *gravity),
-        energy=mean_mass_energy,
-        force=mean_mass_force,
-        account=mean_mass_account,
-    )
+    return MEAN_MASS.contribution(part, coordinates, (mass, *gravity))
 
 
 SAME_POINT = 1e-9  # distance from the particle, over its distance from the origin (at least 1 m), that counts as 0

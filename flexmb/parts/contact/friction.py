@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -16,13 +15,6 @@ SCANNED = 4000  # number of speeds at which a law is evaluated before bisection 
 def checked_ratio(owner: str, value: object) -> float:
     """`value` as a load relative to mu_s N, >= 0; `owner` names the law in messages."""
     return checks.not_negative(owner, "load_ratio", value)
-
-
-def static_not_below_kinetic(law: Any) -> None:
-    """Refuse a static coefficient below the kinetic one."""
-    if law.static < law.kinetic:
-        text = f"{type(law).__name__}: static is {law.static:g};"
-        raise InputError(f"{text} it must be >= kinetic = {law.kinetic:g}. Did you exchange the two?")
 
 
 def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
@@ -162,7 +154,20 @@ class SmoothCoulomb(FrictionLaw):
         return self.v0 * math.atanh(r) if r < 1.0 else math.inf
 
 
-# Stribeck friction, smoothed at rest
+@record
+class StaticKinetic(FrictionLaw):
+    """Base of laws whose friction falls from static to kinetic."""
+
+    static: float = field("mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("mu_k", rule=not_negative)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.static < self.kinetic:
+            text = f"{type(self).__name__}: static is {self.static:g};"
+            raise InputError(f"{text} it must be >= kinetic = {self.kinetic:g}. Did you exchange the two?")
+
+
 @friction_law
 def stribeck_kernel(p, h, slip, N, z, z_new):
     """T = -N [(mu_k + (mu_s - mu_k) exp(-|slip/vs|^n)) tanh(slip/v0) + c slip]."""
@@ -178,7 +183,7 @@ def stribeck_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class Stribeck(FrictionLaw):
+class Stribeck(StaticKinetic):
     """Friction that falls from static to kinetic with the slip speed, and may rise again.
 
     T = -N {[mu_k + (mu_s - mu_k) exp(-|slip/v_s|^n)] tanh(slip/v0) + c slip}.
@@ -200,8 +205,6 @@ class Stribeck(FrictionLaw):
     (2007) 580-587.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
-    kinetic: float = field("mu_k", rule=not_negative)
     stribeck_speed: float = field("v_s, slip speed of the fall", "m/s", positive, default=1e-2)
     v0: float = field("slip speed of the rise from rest, < stribeck_speed", "m/s", positive, default=1e-3)
     exponent: float = field("n >= 1; 2 gives a bell, 1 an exponential", default=2.0)
@@ -211,7 +214,6 @@ class Stribeck(FrictionLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic(self)
         checks.between(
             "Stribeck", "v0", self.v0, 0.0, math.nextafter(self.stribeck_speed, 0.0), "m/s",
             "Friction must rise faster than it falls; choose v0 ten times below stribeck_speed.",
@@ -243,7 +245,7 @@ def bengisu_akay_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class BengisuAkay(FrictionLaw):
+class BengisuAkay(StaticKinetic):
     """Static friction reached on a parabola at v0, falling to kinetic friction exponentially.
 
     |T| / N = mu_s [1 - (|slip|/v0 - 1)^2] up to v0, mu_k + (mu_s - mu_k) exp(-xi (|slip| - v0)) beyond.
@@ -261,16 +263,10 @@ class BengisuAkay(FrictionLaw):
     of Sound and Vibration 171 (1994) 557-570; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
-    kinetic: float = field("mu_k", rule=not_negative)
     v0: float = field("slip speed at which mu_s is reached", "m/s", positive, default=1e-3)
     decay: float = field("xi, rate of the fall from mu_s to mu_k", "s/m", positive, default=1e3)
 
     kernel = bengisu_akay_kernel
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        static_not_below_kinetic(self)
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed does."""
@@ -292,7 +288,7 @@ def brown_mcphee_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class BrownMcPhee(FrictionLaw):
+class BrownMcPhee(StaticKinetic):
     """Static, kinetic and viscous friction in one smooth curve of the slip speed.
 
     T = -N {mu_k tanh(4 s) + (mu_s - mu_k) s / [(s/2)^2 + 3/4]^2} - c slip tanh(4 N/N_t) with s = slip/v_t.
@@ -310,17 +306,11 @@ class BrownMcPhee(FrictionLaw):
     meaningful parameters, Journal of Computational and Nonlinear Dynamics 11 (2016) 054502.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
-    kinetic: float = field("mu_k", rule=not_negative)
     transition_speed: float = field("v_t, slip speed of the largest friction", "m/s", positive, default=1e-3)
     viscous: float = field("c", "N s/m", not_negative, default=0.0)
     transition_load: float = field("N_t, from which the viscous part acts in full", "N", positive, default=1.0)
 
     kernel = brown_mcphee_kernel
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        static_not_below_kinetic(self)
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the dry load `load_ratio` mu_s N; inf where no speed of creep does."""
@@ -413,7 +403,7 @@ def lugre_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class LuGre(FrictionLaw):
+class LuGre(StaticKinetic):
     """Friction of surfaces with elastic bristles: stiction, break-away and sliding.
 
     z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
@@ -444,7 +434,6 @@ class LuGre(FrictionLaw):
     101-114.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
     kinetic: float = field("mu_k", rule=positive, hint="For surfaces without friction use Frictionless().")
     stribeck_speed: float = field("v_s, slip speed of the fall to kinetic friction", "m/s", positive, default=1e-2)
     stiffness: float = field("sigma_0 of all bristles together", "N/m", positive, default=1e6)
@@ -455,7 +444,6 @@ class LuGre(FrictionLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic(self)
         most = PASSIVE * self.kinetic / self.stribeck_speed
         if self.damping > most:
             text = f"LuGre: damping is {self.damping:g} s/m; it must be <= 9.33 kinetic/stribeck_speed = {most:g} s/m,"

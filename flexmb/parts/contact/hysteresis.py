@@ -143,10 +143,23 @@ SMALL_SHARE = 0.01  # share of impulses or losses in contacts slower than `least
 
 
 @compiled
+def damped_contact(elastic, slope, chi, least, largest, e, h, gap, gap_rate, z, z_new):
+    """Elastic force times (1 + chi depth_rate/w), and its derivatives by gap and gap rate, of a normal law; history."""
+    # `slope` : derivative of the elastic force by the gap; nothing acts while the gap is open.
+    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
+    if gap >= 0.0:
+        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
+        return 0.0, 0.0, 0.0
+    N, dN_dgap, dN_drate, tension, excess = damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate)
+    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
+    return N, dN_dgap, dN_drate
+
+
+@compiled
 def damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate):
     """Elastic force times (1 + chi depth_rate/w), its derivatives by gap and gap rate, the tension cut off, the excess.
 
-    slope : derivative of the elastic force by the gap; by_gap, by_rate : derivatives of the reference speed w, `speed`.
+    by_gap, by_rate : derivatives of the reference speed w, `speed`.
     The excess is the damping force beyond that of a free impact, whose depth_rate/w is between -e and 1.  A contact at
     rest (w = 0) is not damped.
     """
@@ -262,14 +275,11 @@ MISS = 0.05  # fraction of the coefficient of restitution asked for by which a l
 def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
     """N = K depth^n (1 + chi depth_rate / w), never pulling."""
     K, n, chi, least, largest, e = p
-    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
-    if gap >= 0.0:
-        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
-        return 0.0, 0.0, 0.0
-    elastic = K * (-gap) ** n
-    N, dN_dgap, dN_drate, tension, excess = damped(elastic, n * elastic / gap, chi, e, gap_rate, speed, by_gap, by_rate)
-    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
-    return N, dN_dgap, dN_drate
+    elastic, slope = 0.0, 0.0
+    if gap < 0.0:
+        elastic = K * (-gap) ** n
+        slope = n * elastic / gap
+    return damped_contact(elastic, slope, chi, least, largest, e, h, gap, gap_rate, z, z_new)
 
 
 @variant

@@ -24,7 +24,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import dot
+from flexmb.parts.joints.contact_point import arms_of, dot
 from flexmb.parts.joints.stop import NO_CLEARANCE, own_stiffness, strand, strand_gap_kernel, strand_length
 
 FIRST_ANGLE, SECOND_ANGLE = 2, 5  # places of the angles of two nodes among their coordinates
@@ -36,10 +36,7 @@ def line_between(s1x, s1y, s2x, s2y, q):
     # With d = x2 + R2 s2 - x1 - R1 s1 these are along = e . dd/dq, that of the length, and across = n . dd/dq with n =
     # (-ey, ex), that of the angle times the length. Second derivatives of the length are across across^T/length, of the
     # angle -(along across^T + across along^T)/length^2; besides, by (2, 2) and (5, 5), -across and along/length.
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    dx, dy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, dx, dy = arms_of(s1x, s1y, s2x, s2y, q)
     size = math.sqrt(dx * dx + dy * dy)
     ex, ey = dx / size, dy / size
     along = (-ex, -ey, ex * ay - ey * ax, ex, ey, ey * bx - ex * by)

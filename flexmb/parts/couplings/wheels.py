@@ -69,15 +69,7 @@ def tooth_gap_kernel(p, q, v, out):
     put_point(out, q, v, gap, nx, ny, q[0] + share * dx, q[1] + share * dy)
     wx, wy = 0.0, 0.0
     for j in range(6):
-        gx, gy = 0.0, 0.0
-        if j == 0:
-            gx = -1.0
-        elif j == 1:
-            gy = -1.0
-        elif j == 3:
-            gx = 1.0
-        elif j == 4:
-            gy = 1.0
+        gx, gy = (-1.0, 0.0, 0.0, 1.0, 0.0, 0.0)[j], (0.0, -1.0, 0.0, 0.0, 1.0, 0.0)[j]
         turn, bend = (ex * gy - ey * gx) / D, (ex * gx + ey * gy) * cos_a / (D * sin_a)
         along, across = cos_a * bend - side * cos_a * turn, sin_a * turn - side * sin_a * bend
         nqx, nqy = -sign * (along * ex - across * ey), -sign * (along * ey + across * ex)

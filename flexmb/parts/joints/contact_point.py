@@ -37,6 +37,15 @@ from flexmb.places import (
 )
 
 
+@compiled
+def arms_of(s1x, s1y, s2x, s2y, q):
+    """Vectors from the nodes to the points, and from the first point to the second."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+
+
 # Output of gap kernels: gap, slip and geometry of the contact point (see `flexmb.kernels.GAP_SIZE`)
 @compiled
 def put_point(out, q, v, gap, nx, ny, X, Y):
@@ -70,6 +79,17 @@ def put_column(out, j, nqx, nqy, Xq, Yq):
 
 
 @compiled
+def put_side_columns(out, nx, ny, bx, by):
+    """Columns of a point of the second body, with the arm (bx, by), at a straight side of the first."""
+    for j in range(6):
+        put_column(out, j, 0.0, 0.0, 0.0, 0.0)
+    put_column(out, 2, -ny, nx, 0.0, 0.0)
+    put_column(out, 3, 0.0, 0.0, 1.0, 0.0)
+    put_column(out, 4, 0.0, 0.0, 0.0, 1.0)
+    put_column(out, 5, 0.0, 0.0, -by, bx)
+
+
+@compiled
 def difference_column(j, ax, ay, bx, by):
     """Derivatives by coordinate j of a vector between points with arms (ax, ay), (bx, by), and of its first point."""
     if j == 0:
@@ -97,6 +117,14 @@ def direction(mx, my, s1x, s1y, s2x, s2y, q):
     gradient = (-nx, -ny, nx * ey - ny * ex, nx, ny, ny * bx - nx * by)
     # the part along R1 s1 is constant: n . R1 s1 = m . s1
     return far - mx * s1x - my * s1y, gradient, nx, ny, far, nx * bx + ny * by
+
+
+@compiled
+def put_turn(row, angle, q, g, G):
+    """Equation theta2 - theta1 - angle = 0 of a constraint kernel."""
+    g[row] = q[5] - q[2] - angle
+    G[row, 2] = -1.0
+    G[row, 5] = 1.0
 
 
 @compiled

@@ -33,9 +33,10 @@ from flexmb.parts.joints.contact_point import (
     direction,
     dot,
     guide_friction,
-    put_column,
     put_eccentricity,
     put_point,
+    put_side_columns,
+    put_turn,
 )
 from flexmb.parts.joints.revolute import Revolute, drawn_angle, rubbing
 
@@ -65,9 +66,7 @@ def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
     ux, uy, s1x, s1y, s2x, s2y, angle = p
     direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
-    g[1] = q[5] - q[2] - angle
-    G[1, 2] = -1.0
-    G[1, 5] = 1.0
+    put_turn(1, angle, q, g, G)
 
 
 @constraint_kernel
@@ -210,9 +209,7 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     s1x, s1y, s2x, s2y, angle = p
     direction_row(1.0, 0.0, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
     direction_row(0.0, 1.0, s1x, s1y, s2x, s2y, q, v, lam, 1, g, G, gamma, H)
-    g[2] = q[5] - q[2] - angle
-    G[2, 2] = -1.0
-    G[2, 5] = 1.0
+    put_turn(2, angle, q, g, G)
 
 
 MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")  # rule of the motions of a clamp
@@ -289,12 +286,7 @@ def corner_gap_kernel(p, q, v, out):
     vex = v[3] - v[5] * by - v[0] + v[2] * (d1 * s1x + c1 * s1y)
     vey = v[4] + v[5] * bx - v[1] - v[2] * (c1 * s1x - d1 * s1y)
     put_eccentricity(out, ex, ey, vex, vey)
-    for j in range(6):
-        put_column(out, j, 0.0, 0.0, 0.0, 0.0)
-    put_column(out, 2, -ny, nx, 0.0, 0.0)
-    put_column(out, 3, 0.0, 0.0, 1.0, 0.0)
-    put_column(out, 4, 0.0, 0.0, 0.0, 1.0)
-    put_column(out, 5, 0.0, 0.0, -by, bx)
+    put_side_columns(out, nx, ny, bx, by)
 
 
 @compiled

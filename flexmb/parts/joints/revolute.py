@@ -27,11 +27,13 @@ from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import (
     JOINT_FRICTION,
+    arms_of,
     check_friction,
     journal_friction,
     put_arms,
     put_column,
     put_eccentricity,
+    put_turn,
 )
 from flexmb.places import GAP, GAP_RATE, SLIP
 
@@ -44,12 +46,7 @@ if TYPE_CHECKING:
 def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
     """Constraint equations 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
     # Equations (1.4) and (1.5) of docs/theory/equations_of_motion.md.
-    c1, d1 = math.cos(q[2]), math.sin(q[2])
-    c2, d2 = math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    g[0] = q[3] + bx - q[0] - ax
-    g[1] = q[4] + by - q[1] - ay
+    ax, ay, bx, by, g[0], g[1] = arms_of(s1x, s1y, s2x, s2y, q)
     G[0, 0] = -1.0
     G[0, 2] = ay
     G[0, 3] = 1.0
@@ -80,9 +77,7 @@ def weld_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Two points of two nodes coincide and the relative rotation stays."""
     s1x, s1y, s2x, s2y, angle = p
     coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
-    g[2] = q[5] - q[2] - angle
-    G[2, 2] = -1.0
-    G[2, 5] = 1.0
+    put_turn(2, angle, q, g, G)
 
 
 @constraint_kernel
@@ -199,10 +194,7 @@ def journal_gap_kernel(p, q, v, out):
     # The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
     # Equations (5.1) and (5.2) of docs/theory/contact.md.
     c, R1, s1x, s1y, s2x, s2y = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, ex, ey = arms_of(s1x, s1y, s2x, s2y, q)
     vex, vey = v[3] - by * v[5] - v[0] + ay * v[2], v[4] + bx * v[5] - v[1] - ax * v[2]
     size = math.sqrt(ex * ex + ey * ey)
     if size > 0.0:
@@ -218,31 +210,13 @@ def journal_gap_kernel(p, q, v, out):
     out[SLIP] = -ny * ux + nx * uy
     put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
     put_eccentricity(out, ex, ey, vex, vey)
+    gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
     for j in range(6):
-        # de/dq, column j
-        gx, gy = 0.0, 0.0
-        if j == 0:
-            gx = -1.0
-        elif j == 1:
-            gy = -1.0
-        elif j == 2:
-            gx, gy = ay, -ax
-        elif j == 3:
-            gx = 1.0
-        elif j == 4:
-            gy = 1.0
-        else:
-            gx, gy = -by, bx
-        along = nx * gx + ny * gy
-        across = (nx * gy - ny * gx) * inverse
+        along, across = nx * gx[j] + ny * gy[j], (nx * gy[j] - ny * gx[j]) * inverse
         nqx, nqy = -ny * across, nx * across
         px, py = radius * nqx + 0.5 * along * nx, radius * nqy + 0.5 * along * ny
-        if j == 0:
-            px += 1.0
-        elif j == 1:
-            py += 1.0
-        elif j == 2:
-            px, py = px - ay, py + ax
+        if j < 3:
+            px, py = px - gx[j], py - gy[j]
         put_column(out, j, nqx, nqy, px, py)
 
 

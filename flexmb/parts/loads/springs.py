@@ -21,6 +21,7 @@ from flexmb.model.contributions import (
     Contribution,
     Coordinate,
     ElementContribution,
+    ElementKernels,
     SignalContribution,
     signal_contributions,
 )
@@ -28,7 +29,8 @@ from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
 from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
-from flexmb.parts.loads.force import arms_of, put_line_force
+from flexmb.parts.joints.contact_point import arms_of
+from flexmb.parts.loads.force import put_line_force
 from flexmb.places import packed
 
 
@@ -189,6 +191,11 @@ def spring_damper_energy(p, t, q, v):
     return energies(p, l, rate)
 
 
+SPRING_DAMPER = ElementKernels(
+    spring_damper_kernel, spring_damper_energy, spring_damper_force, None, spring_damper_account
+)
+
+
 @signal_kernel
 def spring_damper_signal(p, t, q, v, a):
     """`CHOSEN`: 0 length, 1 its rate, 2 tension of spring and damper, 3 energy of the spring."""
@@ -256,15 +263,7 @@ class SpringDamper(Part):
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
-        element = ElementContribution(
-            self.name,
-            spring_damper_kernel,
-            coordinates,
-            p,
-            energy=spring_damper_energy,
-            force=spring_damper_force,
-            account=spring_damper_account,
-        )
+        element = SPRING_DAMPER.contribution(self.name, coordinates, p)
         offsets = (*first.offset, *second.offset)
         moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)
         return [element, *moving, *self._signals(coordinates, p, moves=bool(moving))]
@@ -329,6 +328,11 @@ def torsion_spring_energy(p, t, q, v):
     return 0.5 * k * (q[1] - q[0] - angle) ** 2, 0.0, d * (v[1] - v[0]) ** 2
 
 
+TORSION_SPRING = ElementKernels(
+    torsion_spring_kernel, torsion_spring_energy, torsion_spring_force, None, torsion_spring_account
+)
+
+
 @signal_kernel
 def torsion_spring_signal(p, t, q, v, a):
     """By its number: 0 relative rotation, 1 its rate, 2 torque on the second body, 3 energy of the spring."""
@@ -382,15 +386,7 @@ class TorsionSpring(Part):
             drawn += sign * body.node(node).theta
         p = (self.stiffness, self.damping, rest + drawn)
         pair = tuple(coordinates)
-        element = ElementContribution(
-            self.name,
-            torsion_spring_kernel,
-            pair,
-            p,
-            energy=torsion_spring_energy,
-            force=torsion_spring_force,
-            account=torsion_spring_account,
-        )
+        element = TORSION_SPRING.contribution(self.name, pair, p)
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))
         if moving:

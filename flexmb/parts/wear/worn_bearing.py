@@ -35,6 +35,7 @@ from flexmb.parts.bearings.kernels import (
     thickness,
 )
 from flexmb.parts.bearings.laws import ShortBearing
+from flexmb.parts.joints.contact_point import arms_of
 from flexmb.parts.wear.worn_clearance import WornClearance
 
 # Parameters p: points in the frames of their nodes, whether the journal wears, roughness, scales of force and drag of
@@ -47,10 +48,7 @@ TABLES = 10
 @compiled
 def place(p, q, v):
     """Eccentricity and its rate in the axes of the worn body; their derivatives by q; w, w by v, cosine and sine."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * p[OFFSET1_X] - d1 * p[OFFSET1_Y], d1 * p[OFFSET1_X] + c1 * p[OFFSET1_Y]
-    bx, by = c2 * p[OFFSET2_X] - d2 * p[OFFSET2_Y], d2 * p[OFFSET2_X] + c2 * p[OFFSET2_Y]
-    X, Y = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, X, Y = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     worn, other = (5, 2) if p[ON_JOURNAL] > 0.0 else (2, 5)
     C, S, spin = math.cos(q[worn]), math.sin(q[worn]), v[worn]
     ex, ey = C * X + S * Y, C * Y - S * X

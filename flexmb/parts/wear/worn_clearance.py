@@ -24,7 +24,7 @@ from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
+from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.revolute import RevoluteClearance, angle_contribution
 from flexmb.parts.wear.worn_joint import WornJoint
 
@@ -96,10 +96,7 @@ def arm(p, n, ex, ey, depth, nx, ny, inverse):
 @compiled
 def relative(p, q, v):
     """Arms from the nodes to both centres, eccentricity and its rate."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * p[OFFSET1_X] - d1 * p[OFFSET1_Y], d1 * p[OFFSET1_X] + c1 * p[OFFSET1_Y]
-    bx, by = c2 * p[OFFSET2_X] - d2 * p[OFFSET2_Y], d2 * p[OFFSET2_X] + c2 * p[OFFSET2_Y]
-    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, ex, ey = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     vex, vey = v[3] - by * v[5] - v[0] + ay * v[2], v[4] + bx * v[5] - v[1] - ax * v[2]
     worn = 5 if p[ON_JOURNAL] > 0.0 else 2  # rotation of the worn body
     return ax, ay, bx, by, ex, ey, vex, vey, worn, math.cos(q[worn]), math.sin(q[worn])

@@ -21,7 +21,7 @@ from flexmb.fields import field, positive, record
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
+from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.pin_slot import PinSlotClearance
 from flexmb.parts.joints.prismatic import CORNERS, PrismaticClearance
 from flexmb.parts.wear.worn_joint import Wear, WornJoint
@@ -84,11 +84,9 @@ def nearest_border(p, first, n, x, y):
 @compiled
 def touch(p, q):
     """Arms, point in the axes of the guide, its directions, depth, normal, curvature, point of contact, side, place."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * p[OFFSET1_X] - d1 * p[OFFSET1_Y], d1 * p[OFFSET1_X] + c1 * p[OFFSET1_Y]
-    bx, by = c2 * p[OFFSET2_X] - d2 * p[OFFSET2_Y], d2 * p[OFFSET2_X] + c2 * p[OFFSET2_Y]
+    ax, ay, bx, by, ex, ey = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
+    c1, d1 = math.cos(q[2]), math.sin(q[2])
     ux, uy = c1 * p[ALONG_X] - d1 * p[ALONG_Y], d1 * p[ALONG_X] + c1 * p[ALONG_Y]
-    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
     along, across = ux * ex + uy * ey, ux * ey - uy * ex
     far, side, n = p[PLAY] + p[HALF], p[SIDE], p.shape[0] - DEPTHS
     if side == 0.0:

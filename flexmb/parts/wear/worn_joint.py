@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, fields, replace
+from dataclasses import KW_ONLY, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
-from flexmb.fields import Input, count, field, instance, not_negative, positive, record, several
+from flexmb.fields import Input, count, field, instance, not_negative, positive, record, record_with, several
 from flexmb.model.part import Joint, Part
 from flexmb.parts.contact.friction import Frictionless
 
@@ -137,16 +137,9 @@ class EnergyWear(Wear):
 FORCES = ("slip", "normal_force", "friction_force")
 
 
-@dataclass(frozen=True)
+@record_with(eq=False)
 class Worn:
     """Wear of a joint in a run, see `worn_in` of the joint.
-
-    Parameters
-    ----------
-    depths : depth that the surfaces lost (n,), in the order of `depths` of the joint [m].
-    volume : material that they lost [m^3].
-    time : length of the run [s].
-    work : work of the friction of the joint [J].
 
     Notes
     -----
@@ -154,10 +147,10 @@ class Worn:
     material that is lost takes neither energy nor mass out of the balance.
     """
 
-    depths: np.ndarray
-    volume: float
-    time: float
-    work: float
+    depths: np.ndarray = field("depth that the surfaces lost (n,), in the order of `depths` of the joint", "m")
+    volume: float = field("material that they lost", "m^3")
+    time: float = field("length of the run", "s")
+    work: float = field("work of the friction of the joint", "J")
 
 
 @record
