@@ -213,9 +213,6 @@ def variant(cls: Kind) -> Kind:
     return record(cls)
 
 
-# Base of inputs
-
-
 class Input(Checked):
     """Base of all inputs: parts, laws, sections, materials, steps, data; fields are checked at the construction."""
 

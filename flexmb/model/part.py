@@ -412,7 +412,6 @@ def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
         raise ModelError(f"{part.label} {how.format(repr(part.first.name))} itself; give two different bodies.")
 
 
-# Motion of a run as its parts are asked about it: peaks over all steps, and poses of some steps
 class WatchedMotion(NamedTuple):
     """Motion of a run, whatever of it was saved."""
 
@@ -453,7 +452,6 @@ class WatchedMotion(NamedTuple):
         return float(self.peaks[0][place]), float(self.peaks[1][place])
 
 
-# Base of controllers: parts with inputs, states of their own, and outputs that are factors of loads
 @record
 class Controller(Part):
     """Base of parts that compute the factors of loads from signals."""

@@ -480,7 +480,6 @@ def deflection_kernel(p, t, q, v, a):
     return (dx * (q[3] - q[1]) - dy * (q[2] - q[0])) / math.sqrt(dx * dx + dy * dy)
 
 
-# Stresses of bodies of beams: the signals of the largest one, and the elements at which it is looked for
 def knows_stress(section: Section) -> bool:
     """Whether a section knows its outer fibre."""
     try:

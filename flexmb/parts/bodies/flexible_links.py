@@ -36,8 +36,6 @@ from flexmb.parts.bodies.flexible import (
 from flexmb.parts.bodies.flexible_body import FlexibleBody, beam_of_mesh
 from flexmb.parts.bodies.rigid import Bar
 
-# Base of bodies whose axis is a set of edges between corners
-
 Point = tuple[float, float]
 Edge = tuple[int, int]
 

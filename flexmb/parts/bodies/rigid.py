@@ -37,8 +37,6 @@ from flexmb.model.part import Body, Joint
 from flexmb.model.shape import Point, RigidShape, Shapes
 from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y, packed
 
-# Mass and moment of inertia of a node, and of a point between nodes: kernels and pieces
-
 MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a node
 
 

@@ -36,8 +36,6 @@ from flexmb.parts.cams.outline import POINTED, ROUNDED, Outline, RoundArc, round
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
 
-# A circle of the second body at a chain of straight lines and arcs of the first
-
 # Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
 # extent of the chain, number of pieces, first piece.
 SCALE, CENTRE_X, CENTRE_Y, RADIUS, EXTENT, COUNT, FIRST_PIECE = range(7)
@@ -286,7 +284,6 @@ def round_gap_kernel(p, q, v, out):
         put_gap(with_arms(q, X, Y, nx, ny, gap, a, b, radius, sign), q, v, out)
 
 
-# Contact of an outline of one body with a circle of another: pin in a Geneva wheel, pawl and ratchet, roller
 @record
 class OutlineContact(Part):
     """Contact between an outline of the first body and a circle of the second, on the outside of both.
@@ -396,8 +393,6 @@ def _mean_normal(a: tuple[float, float], b: tuple[float, float], node: Node) -> 
     angle = math.atan2(-a[0] - b[0], a[1] + b[1]) - node.theta
     return math.cos(angle), math.sin(angle)
 
-
-# Contact of two outlines of two bodies: pawl and ratchet, blocks, wheels with slots, cams of lines and arcs
 
 MOST_CONTACTS = 256  # largest number of contacts of a pair
 

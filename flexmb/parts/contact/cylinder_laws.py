@@ -153,7 +153,6 @@ class CylinderLaw(DampedElasticLaw):
         return sigma * (A * END_DEPTH + (f - A * math.exp(-END)) * (END - 1.0))
 
 
-# Published normal laws of a cylinder in a hollow: a class for each, with its formula, range and source
 @variant
 class Johnson(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 (R1 - R2)/(sigma f)) - 1].

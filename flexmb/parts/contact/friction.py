@@ -48,7 +48,6 @@ def _halved(balance: Callable[[float], float], low: float, high: float) -> float
     return high
 
 
-# Contact without friction
 @friction_law
 def frictionless_kernel(p, h, slip, N, z, z_new):
     """T = 0."""
@@ -117,7 +116,6 @@ class ModifiedCoulomb(FrictionLaw):
         return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf
 
 
-# Coulomb friction smoothed by a hyperbolic tangent
 @friction_law
 def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
     """T = -mu N tanh(slip / v0)."""

@@ -118,7 +118,6 @@ def _bisect(function: Callable[[float], float], low: float, high: float) -> floa
             high = middle
 
 
-# Stiffness of Hertzian contact between a journal and a bearing
 def hertz_stiffness(first: Material, second: Material, bearing_radius: float, journal_radius: float) -> float:
     """K of N = K depth^1.5 for a ball of `journal_radius` in a hollow of `bearing_radius`, or on a plane [N/m^1.5]."""
     # K = 4 / (3 (s1 + s2)) sqrt(R1 R2 / (R1 - R2)),  s = (1 - nu^2) / E

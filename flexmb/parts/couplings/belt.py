@@ -25,8 +25,6 @@ from flexmb.model.part import GROUND, WatchedMotion
 from flexmb.model.shape import BeltShape, Shapes
 from flexmb.parts.couplings.wheels import Wheels, strand_pull
 
-# Friction of a belt on its wheels: Eytelwein's limit, approached smoothly with the speed of slip
-
 SIGNALS = (  # signals with their units, in the order of their numbers
     ("force", "N"), ("first_torque", "N m"), ("second_torque", "N m"), ("power", "W"), ("slip", "m/s"),
     ("tight_tension", "N"), ("slack_tension", "N"), ("tension_ratio", "1"),

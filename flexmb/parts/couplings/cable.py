@@ -107,8 +107,6 @@ class Distance(Part):
         return [ConstraintContribution(self.name, distance_kernel, coordinates, p, 1, reactions=(tension,))]
 
 
-# Cable: two points that cannot move further apart than its length; drums wind it up
-
 LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
 
 

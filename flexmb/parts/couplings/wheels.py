@@ -43,8 +43,6 @@ from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put
 from flexmb.parts.joints.prismatic import direction_row
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 
-# Contact of involute teeth with backlash: one flank of a gear pair along its line of action
-
 STEEPEST = 1.0 - 1e-9  # largest cosine of the operating pressure angle: closer axes count as this far apart
 
 

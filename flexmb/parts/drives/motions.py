@@ -38,7 +38,6 @@ class ConstantSpeed(Motion):
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 
-# Sinusoidal motion
 @drive_kernel
 def harmonic_kernel(p, t):
     """s = m + A sin(w t + phi)."""
@@ -86,7 +85,6 @@ class Harmonic(Motion):
         return 1.0 / (CHORDS_OF_A_SINE * self.frequency) if self.amplitude else math.inf
 
 
-# Motion given by a polynomial in time
 @drive_kernel
 def polynomial_kernel(p, t):
     """s = p0 + p1 t + p2 t^2 + ... by Horner's rule."""
@@ -192,8 +190,6 @@ class CycloidalRamp(SpinUp):
     kernel = cycloidal_ramp_kernel
 
 
-# Checks of points in time that give a motion
-
 MOST_OVERSHOOT = 0.1  # overshoot of a spline between two points, over the range of its values, above which it is told
 
 
@@ -269,7 +265,6 @@ class PiecewiseLinear(Motion):
         return tuple(t for t in self.times if 0.0 < t <= t_end)
 
 
-# A value between two instants, as the history of a load
 @drive_kernel
 def pulse_kernel(p, t):
     """s = value for start <= t < end."""

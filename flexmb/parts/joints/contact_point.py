@@ -153,7 +153,6 @@ def dot(x, y):
     return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
 
 
-# Joint friction: normal load from the multipliers, and direction of sliding
 @joint_friction_kernel
 def journal_friction(p, q, lam, out, H):
     """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""

@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from flexmb.parts.wear.worn_joint import Wear
 
 
-# Ideal prismatic joint between any two bodies, and its travel
 @compiled
 def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
     """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
@@ -196,8 +195,6 @@ def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) ->
         raise ModelError(f"{label}: {part.label} has no angle or travel. Give a Revolute or a Prismatic joint.")
     return part
 
-
-# Moving clamp: a rigid connection whose relative angle and position are prescribed
 
 # Coordinates of the second body in the frame of the first, with units of coordinate and force.
 ROWS = (("x", "m", "N"), ("y", "m", "N"), ("angle", "rad", "N m"))

@@ -101,8 +101,6 @@ def moving_end(
     return found
 
 
-# Linear spring and damper between two points
-
 # Parameters p: k, d, l0, and the points in the frames of their nodes; number of the signal.
 STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8)
 # Signals with their units, in the order of `spring_damper_signal`.
@@ -279,8 +277,6 @@ class SpringDamper(Part):
         whole = (*force.p[:FREE_LENGTH], 0.0, *force.p[FREE_LENGTH + 1 :])
         return [length, rate, replace(force, p=whole, use_of_factor=ADDS)]
 
-
-# Linear spring and damper between the rotations of two bodies
 
 # Signals with their units, in the order of `torsion_spring_signal`.
 TORSION_SIGNALS = (("angle", "rad"), ("rate", "rad/s"), ("torque", "N m"), ("energy", "J"))

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Bifurcation diagrams as matplotlib figures
-
 DIAGRAM_SIZE = (9.0, 5.2)  # [inch]
 # Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them.
 VERDICT_COLOURS = {
@@ -149,8 +147,6 @@ def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     if handles:
         legend_beside(ax, handles=handles)
 
-
-# Branches of periodic orbits and basins of attraction as matplotlib figures
 
 ORBITS_SIZE = (8.0, 5.0)  # of a figure [inch]
 STABLE, UNSTABLE = COLOURS[0], COLOURS[1]
@@ -286,8 +282,6 @@ def _edges(values: np.ndarray) -> tuple[float, float]:
     return low - half, high + half
 
 
-# Phase portraits, section points and the convergence of exponents, as matplotlib figures
-
 PORTRAIT_SIZE = (7.0, 5.0)  # of a figure [inch]
 MANY_DOTS = 2000  # number of points above which dots are small
 ALONG = ("period", "crossing")  # dimensions of a dataset of section points
@@ -422,8 +416,6 @@ def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
     label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
     label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)
 
-
-# Pictures of a report on a motion: sections, phase portraits, convergence of the exponents, spectra
 
 HARMONICS = 25.0  # largest frequency of a drawn spectrum, over the frequency of the section
 # Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture.

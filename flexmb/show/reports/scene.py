@@ -19,7 +19,6 @@ from flexmb.results.stress import of_beams
 from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, document, instants, joined, quantised, tag
 
 
-# Stresses of flexible parts, and meshes with few points
 def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> np.ndarray | None:
     """Largest stress (n, m) of each beam element, >= 0 [Pa], at its ends as of `Solution.stress`."""
     # None where the mechanism is unknown, or a section does not know its outer fibre. Elements stand in the order of
