@@ -197,7 +197,9 @@ def record_with(**options: bool) -> Callable[[Kind], Kind]:
         made: Any = dataclasses.dataclass(frozen=True, **options)(cls)
         texts, declared = sections(inspect.cleandoc(made.__doc__ or "")), dataclasses.fields(made)
         said = [own for own, field in zip(fields_of(cls), declared, strict=True) if field.init and own.meaning]
-        texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in said)
+        keywords = {field.name for field in declared if field.kw_only}  # they come last, as in calls
+        ordered = sorted(said, key=lambda field: field.name in keywords)
+        texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in ordered)
         made.__doc__ = joined(texts)
         return made
 

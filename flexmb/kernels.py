@@ -51,6 +51,7 @@ from functools import cached_property
 from importlib import import_module
 from numbers import Real
 from textwrap import dedent
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -324,6 +325,14 @@ class Kernel:
         dispatcher.compile(signature)
         dispatcher.disable_compile()
         return dispatcher
+
+
+def rebound(kernel: Kernel, name: str, functions: dict[str, Any]) -> Kernel:
+    """A kernel of the same lines under another name, whose functions are those of the globals `functions`."""
+    # A function with other globals is no closure, so its machine code is kept and shipped as that of any kernel.
+    function = FunctionType(kernel.function.__code__, functions, name.rpartition(".")[2])
+    function.__qualname__ = name
+    return Kernel(function, kernel.contract)
 
 
 @parts_of.register

@@ -406,6 +406,22 @@ class Joint(Part):
         return (PointShape(self.name, self.kind, *first.place, other=second.place),)
 
 
+@record
+class PointToPoint(Part):
+    """Base of parts between a point of one body and a point of another."""
+
+    formerly: ClassVar[tuple[tuple[str, str, str], ...]] = (("start", "at", "0.3"), ("end", "to", "0.3"))
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body")
+    at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
+    to: tuple[float, float] = field("the same of the second body", "m", point)
+
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points on the bodies of `mechanism`."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+
 def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
     """Refuse a part with one body at both of its ends; `how` is the verb of the message."""
     if part.first.name == part.second.name:

@@ -13,14 +13,14 @@ import scipy.optimize
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.fields import field, instance, positive, record, record_with
+from flexmb.fields import field, instance, record, record_with
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.film import PADS
-from flexmb.parts.bearings.laws import Film, Oil, check_roughness
+from flexmb.parts.bearings.laws import Film, Oil, Oiled
 from flexmb.parts.joints.revolute import RevoluteClearance
 from flexmb.places import packed
 
@@ -143,7 +143,7 @@ TAYLOR = 41.2
 
 
 @record
-class JournalBearing(RevoluteClearance):
+class JournalBearing(Oiled, RevoluteClearance):
     """Revolute joint with an oil film: the first body carries the bearing, the second one the journal.
 
     The film acts everywhere.  Where its least thickness falls below `roughness`, the surfaces touch through it, with
@@ -170,19 +170,8 @@ class JournalBearing(RevoluteClearance):
 
     _: KW_ONLY
     film: Film = field("film of oil", rule=instance(Film, "a film, e.g. ShortBearing(viscosity=0.02, width=0.012)"))
-    roughness: float = field(
-        "height of the roughness of both surfaces together, from which they touch", "m", positive, default=1e-6
-    )
 
     lost_when: ClassVar[str] = "the journal passes through its bearing"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_roughness(self.label, self.roughness, self.clearance)
-
-    @property
-    def play(self) -> float:
-        return self.clearance - self.roughness
 
     @property
     def oiled(self) -> Any:
@@ -221,8 +210,7 @@ class JournalBearing(RevoluteClearance):
         from flexmb.parts.wear.worn_bearing import WornBearing  # noqa: PLC0415 - it is a journal bearing itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        made: WornBearing = worn(self, JournalBearing, WornBearing, wear=wear)
-        return made
+        return worn(self, JournalBearing, WornBearing, wear=wear)
 
     def equilibrium(self, load: float, speed: float, direction: float = -0.5 * math.pi) -> FilmEquilibrium:
         """Place of the journal, stiffness and damping of the film, under a constant `load` [N] at a `speed` [rad/s].

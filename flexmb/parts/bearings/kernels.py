@@ -7,16 +7,15 @@ Equations (15.5) and (15.7) of docs/theory/films.md.
 """
 
 import math
-from types import FunctionType
 from typing import Any
 
 from flexmb.kernels import (
-    Kernel,
     account_kernel,
     compiled,
     element_kernel,
     energy_kernel,
     force_kernel,
+    rebound,
     signal_kernel,
     tangent_kernel,
 )
@@ -247,14 +246,9 @@ JOURNAL_FILM = ElementKernels(*OF_JOURNAL)
 
 def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
     """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
-    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module. A function
-    # with other globals is no closure, so its machine code is kept and shipped as that of any kernel.
-    made = []
-    for field, kernel in zip(ElementKernels._fields, OF_JOURNAL, strict=True):
-        function = FunctionType(kernel.function.__code__, functions, field)
-        function.__qualname__ = f"{name}.{field}"
-        made.append(Kernel(function, kernel.contract))
-    return ElementKernels(*made)
+    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
+    fields = zip(ElementKernels._fields, OF_JOURNAL, strict=True)
+    return ElementKernels(*(rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields))
 
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY
 from itertools import pairwise
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import scipy.optimize
@@ -16,6 +16,7 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, between, field, number, one_of, positive, record, several, two
+from flexmb.model.part import Joint
 from flexmb.parts.bearings import film
 from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
 
@@ -249,11 +250,28 @@ class FiniteBearing(Film):
         return film.film_table(ratio, self.supply == WIDEST)
 
 
-def check_roughness(label: str, roughness: float, clearance: float) -> None:
-    """Refuse a roughness that is not small beside the clearance [m], in the name of `label`."""
-    if roughness >= 0.5 * clearance:
-        text = f"{label}: roughness is {roughness:g} m; it must be smaller than half of the clearance {clearance:g} m."
-        raise InputError(f"{text} Ground steel has 1e-7 to 1e-6 m.")
+@record
+class Oiled(Joint):
+    """Base of joints with clearance, a film of oil, and rough surfaces that touch through it."""
+
+    _: KW_ONLY
+    roughness: float = field(
+        "height of the roughness of both surfaces together, from which they touch", "m", positive, default=1e-6
+    )
+    if TYPE_CHECKING:  # field of the dry joint
+        clearance: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rough, clearance = self.roughness, self.clearance
+        if rough >= 0.5 * clearance:
+            text = f"{self.label}: roughness is {rough:g} m; it must be smaller than half of the clearance"
+            raise InputError(f"{text} {clearance:g} m. Ground steel has 1e-7 to 1e-6 m.")
+
+    @property
+    def play(self) -> float:
+        """Eccentricity at which the surfaces touch [m]."""
+        return self.clearance - self.roughness
 
 
 # Temperatures between which Walther's law is asked [degC].

@@ -258,6 +258,7 @@ class FlexibleFrame(FlexibleBody, Edges):
 
     @cached_property
     def beams(self) -> tuple[Beam, ...]:
+        """One beam an edge."""
         sections = self.section if isinstance(self.section, tuple) else (self.section,) * len(self.edges)
         turns = self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.edges)
         beams, count = [], len(self.points)
@@ -416,6 +417,7 @@ class FlexibleLink(FlexibleBody, Bar):
 
     @cached_property
     def beams(self) -> tuple[Beam, ...]:
+        """The one beam."""
         names, ends = [n.name for n in self._nodes], (self.start, self.end)
         return (self._beam(names, ends, fractions(self.elements), self.section, self.turn),)
 

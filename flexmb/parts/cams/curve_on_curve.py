@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
-from typing import Any
+from dataclasses import KW_ONLY, dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,15 @@ from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.kernels import Kernel, compiled, constraint_kernel, gap_kernel, joint_friction_kernel, signal_kernel
+from flexmb.kernels import (
+    Kernel,
+    compiled,
+    constraint_kernel,
+    gap_kernel,
+    joint_friction_kernel,
+    rebound,
+    signal_kernel,
+)
 from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
@@ -184,30 +192,6 @@ def curves_pair(p, q):
     return with_arms(q, fx, fy, ux, uy, distance, 1.0, bend, 1.0, other_bend)
 
 
-@constraint_kernel
-def curves_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
-    """Distance of two closed curves = 0."""
-    put_equation(curves_pair(p, q), v, lam, g, G, gamma, H)
-
-
-@joint_friction_kernel
-def curves_friction(p, q, lam, out, H):
-    """Load and sliding of a closed curve on another one."""
-    put_sliding(curves_pair(p, q), lam, out, H)
-
-
-@gap_kernel
-def curves_gap_kernel(p, q, v, out):
-    """Distance of two closed curves."""
-    put_gap(curves_pair(p, q), q, v, out)
-
-
-@signal_kernel
-def curves_speed(p, t, q, v, a):
-    """Velocity of the second curve along the normal at the contact."""
-    return second_speed(curves_pair(p, q), v)
-
-
 # Places in p: length for tolerances [m], centre in the frame of the second node [m], radius [m], the curve.
 POINT_SCALE, CENTRE_X, CENTRE_Y, RADIUS, CURVE_UNDER_POINT = range(5)
 
@@ -233,30 +217,6 @@ def roller_pair(p, q):
     return point_pair(p, CURVE_UNDER_POINT, q, X, Y, p[RADIUS])
 
 
-@constraint_kernel
-def roller_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
-    """Distance of a circle from a closed curve = 0."""
-    put_equation(roller_pair(p, q), v, lam, g, G, gamma, H)
-
-
-@joint_friction_kernel
-def roller_friction(p, q, lam, out, H):
-    """Load and sliding of a circle, which does not roll on its body, on a closed curve."""
-    put_sliding(roller_pair(p, q), lam, out, H)
-
-
-@gap_kernel
-def roller_gap_kernel(p, q, v, out):
-    """Distance of a circle from a closed curve."""
-    put_gap(roller_pair(p, q), q, v, out)
-
-
-@signal_kernel
-def roller_speed(p, t, q, v, a):
-    """Velocity of the circle along the normal at the contact."""
-    return second_speed(roller_pair(p, q), v)
-
-
 # Places in p: length for tolerances [m], first end of the line [m] and its direction in the frame of the second node,
 # +1 for a curve on the left of the line and -1 on the right, length of the line [m], the curve.
 LINE_SCALE, START_X, START_Y, ALONG_X, ALONG_Y, SIDE, LENGTH, CURVE_UNDER_LINE = range(8)
@@ -276,18 +236,11 @@ def face_pair(p, q):
     return pair, (x - X) * ux + (y - Y) * uy, X, Y
 
 
-@constraint_kernel
-def face_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
-    """Distance of a line from a convex closed curve = 0."""
+@compiled
+def face_alone(p, q):
+    """The pair of the curve and the whole line."""
     pair, _, _, _ = face_pair(p, q)
-    put_equation(pair, v, lam, g, G, gamma, H)
-
-
-@joint_friction_kernel
-def face_friction(p, q, lam, out, H):
-    """Load and sliding of a line on a closed curve."""
-    pair, _, _, _ = face_pair(p, q)
-    put_sliding(pair, lam, out, H)
+    return pair
 
 
 @gap_kernel
@@ -309,13 +262,6 @@ def face_place(p, t, q, v, a):
     """Place of the contact along the line from its first end."""
     _, place, _, _ = face_pair(p, q)
     return place
-
-
-@signal_kernel
-def face_speed(p, t, q, v, a):
-    """Velocity of the line along the normal at the contact."""
-    pair, _, _, _ = face_pair(p, q)
-    return second_speed(pair, v)
 
 
 # Kernels of pairs of curves, by kind of the second curve, and contributions made of them
@@ -346,9 +292,45 @@ class PairKernels:
         return [replace(ideal, holds="always", reactions=reactions), speed]
 
 
-FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)  # pair of a closed curve with a line
-ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)  # curve with a circle or point
-CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)  # pair of two closed curves
+pair_of = roller_pair
+
+
+@constraint_kernel
+def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Distance of a circle, or of another second curve, from a closed curve = 0."""
+    put_equation(pair_of(p, q), v, lam, g, G, gamma, H)
+
+
+@joint_friction_kernel
+def sliding_kernel(p, q, lam, out, H):
+    """Load and sliding of the second curve, which does not roll on its body, on a closed curve."""
+    put_sliding(pair_of(p, q), lam, out, H)
+
+
+@gap_kernel
+def distance_kernel(p, q, v, out):
+    """Distance of the second curve from a closed curve."""
+    put_gap(pair_of(p, q), q, v, out)
+
+
+@signal_kernel
+def speed_kernel(p, t, q, v, a):
+    """Velocity of the second curve along the normal at the contact."""
+    return second_speed(pair_of(p, q), v)
+
+
+ROLLER = PairKernels(equation_kernel, distance_kernel, sliding_kernel, speed_kernel)  # curve with a circle or point
+
+
+def pair_kernels(name: str, pair: Any) -> PairKernels:
+    """Kernels of the pairs that a function (p, q) gives, under the `name` of this module that holds them."""
+    functions = {**globals(), "pair_of": pair}
+    made = (rebound(getattr(ROLLER, one.name), f"{name}.{one.name}", functions) for one in fields(PairKernels))
+    return PairKernels(*made)
+
+
+FACE = replace(pair_kernels("FACE", face_alone), gap=face_gap_kernel)  # pair of a closed curve with a line
+CURVES = pair_kernels("CURVES", curves_pair)  # pair of two closed curves
 
 
 # Curves of bodies as numbers of kernels, and distances in the reference configuration
@@ -452,7 +434,28 @@ FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None"
 
 
 @record
-class CurveOnCurve(Part):
+class Pair(Part):
+    """Base of pairs of curves: ideal, or with the law of a contact that can open."""
+
+    _: KW_ONLY
+    normal: NormalLaw | None = field(
+        "law of the normal force; None: ideal, the curves never part", rule=NORMAL, default=None
+    )
+    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
+    start: str = field("of a contact, see `CurveOnCurve`", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
+    if TYPE_CHECKING:  # fields of the pairs
+        first: Part
+        second: Part
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_one_body(self)
+        if self.normal is None and self.start == OPEN:
+            raise InputError(f"{self.label}: an ideal pair cannot start open; give normal=..., or leave start.")
+
+
+@record
+class CurveOnCurve(Pair):
     """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
 
     One of the curves must be a `ClosedCurve`, the other is a `Line`, `CircularCurve` or `ClosedCurve`.  With a law the
@@ -486,16 +489,9 @@ class CurveOnCurve(Part):
     first_curve: Any = field("its curve, in the reference configuration")
     second: Part = field("second body")
     second_curve: Any = field("its curve, in the reference configuration")
-    _: KW_ONLY
-    normal: NormalLaw | None = field(
-        "law of the normal force; None: ideal, the curves never part", rule=NORMAL, default=None
-    )
-    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
-    start: str = field("of a contact, see above", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_pair(self)
         curves = self.first_curve, self.second_curve
         known = all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves)
         if not known or not any(isinstance(c, ClosedCurve) for c in curves):
@@ -547,20 +543,23 @@ class CurveOnCurve(Part):
                 yield found("unreal-motion", (self.name,), text, remedy, time=when, force=least)
 
     @property
-    def pin_radius(self) -> float:
-        """Least radius of curvature of both curves [m], beside which penetrations are judged."""
+    def _radii(self) -> tuple[list[float], list[float]]:
+        """Radii of a circle [m], and largest curvatures of closed curves [1/m]."""
         curves = self.first_curve, self.second_curve
         radii = [c.radius for c in curves if isinstance(c, CircularCurve)]
-        return min([*radii, *(1.0 / c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve))])
+        return radii, [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
+
+    @property
+    def pin_radius(self) -> float:
+        """Least radius of curvature of both curves [m], beside which penetrations are judged."""
+        radii, bends = self._radii
+        return min([*radii, *(1.0 / bend for bend in bends)])
 
     def contact_law(self) -> NormalLaw | None:
         """Normal law; one made from materials has the stiffness of the places of largest curvature."""
-        if self.normal is None:
-            return None
-        curves = self.first_curve, self.second_curve
-        bends = [1.0 / c.radius for c in curves if isinstance(c, CircularCurve)]
-        bends += [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
-        return self.normal.for_radii(math.inf, 1.0 / sum(bends))
+        radii, bends = self._radii
+        bend = sum([*(1.0 / radius for radius in radii), *bends])
+        return None if self.normal is None else self.normal.for_radii(math.inf, 1.0 / bend)
 
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse curves that are far apart, overlap, or touch beyond the end of a line."""
@@ -586,13 +585,6 @@ class CurveOnCurve(Part):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
-
-
-def check_pair(part: Any) -> None:
-    """Check bodies and start of a pair of curves."""
-    refuse_one_body(part)
-    if part.normal is None and part.start == OPEN:
-        raise InputError(f"{part.label}: an ideal pair cannot start open; give normal=..., or leave start.")
 
 
 def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
@@ -622,7 +614,7 @@ POINT = 1e-9  # radius that stands for a point in checks of distances, over the 
 
 
 @record
-class PointOnCurve(Part):
+class PointOnCurve(Pair):
     """A point of the second body that stays on a closed curve of the first: knife edge, pin in a groove.
 
     Signals, ideal: force (along the outward normal of the curve on the second body) [N], normal_speed (velocity
@@ -644,16 +636,6 @@ class PointOnCurve(Part):
     curve: ClosedCurve = field("its curve", rule=instance(ClosedCurve, "a ClosedCurve"))
     second: Part = field("body with the point")
     at: tuple[float, float] = field("the point", "m", point)
-    _: KW_ONLY
-    normal: NormalLaw | None = field(
-        "law of the normal force of an edge; None: ideal, a pin in a groove", rule=NORMAL, default=None
-    )
-    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
-    start: str = field("of a contact, see `CurveOnCurve`", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_pair(self)
 
     @property
     def pin_radius(self) -> float:

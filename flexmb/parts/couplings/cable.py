@@ -8,11 +8,10 @@ from dataclasses import KW_ONLY
 
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
-from flexmb.fields import Rule, field, point, positive, record, vector
+from flexmb.fields import Rule, field, positive, record, vector
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, constraint_kernel
 from flexmb.model.contributions import (
-    Attachment,
     ConstraintContribution,
     ContactContribution,
     Contribution,
@@ -21,7 +20,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Part, WatchedMotion, refuse_one_body
+from flexmb.model.part import PointToPoint, WatchedMotion, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import arms_of, dot
@@ -68,7 +67,7 @@ def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 @record
-class Distance(Part):
+class Distance(PointToPoint):
     """Massless rigid rod with a pin at each end: two points of two bodies keep their distance.
 
     Signals: force (tension of the rod; negative: pressure) [N].
@@ -79,22 +78,11 @@ class Distance(Part):
     ModelError : a rod from a body to itself.
     """
 
-    formerly = (("start", "at", "0.3"), ("end", "to", "0.3"))
-    first: Part = field("first body; `GROUND` is the frame")
-    second: Part = field("second body")
-    at: tuple[float, float] = field("point of the first body", "m", point)
-    to: tuple[float, float] = field("point of the second body", "m", point)
-
     def __post_init__(self) -> None:
         super().__post_init__()
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a rod needs a length. Use Revolute(...).")
         refuse_one_body(self)
-
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Both points on the bodies of `mechanism`."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         first, second = self.ends(mechanism)
@@ -111,7 +99,7 @@ LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
 
 
 @record
-class Cable(Part):
+class Cable(PointToPoint):
     """Cable, rope or chain without mass between two points or drums: slack it does nothing, taut it pulls.
 
     A contact whose gap is the slack and whose penetration is the elongation.  A drum winds R theta of the cable up, and
@@ -141,11 +129,7 @@ class Cable(Part):
     and the strand may turn by less than half a turn from the direction in which it is drawn.
     """
 
-    formerly = (("length", "free_length", "0.3"), ("start", "at", "0.3"), ("end", "to", "0.3"))
-    first: Part = field("first body; `GROUND` is the frame")
-    second: Part = field("second body")
-    at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
-    to: tuple[float, float] = field("the same of the second body", "m", point)
+    formerly = (("length", "free_length", "0.3"),)
     _: KW_ONLY
     free_length: float | None = field("length without tension; None: of the points", "m", positive, default=None)
     normal: NormalLaw = field("tension over elongation", rule=Rule(own_stiffness))
@@ -167,11 +151,6 @@ class Cable(Part):
         """Direction and free length of the strand in the reference configuration."""
         ux, uy, size, _ = strand(sum(self.radii), self.to[0] - self.at[0], self.to[1] - self.at[1])
         return ux, uy, size
-
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Both points of the cable on the bodies of `mechanism`."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         ends = self.ends(mechanism)

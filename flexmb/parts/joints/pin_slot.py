@@ -170,8 +170,7 @@ class PinSlotClearance(PinSlot):
         from flexmb.parts.wear.worn_guide import WornSlot  # noqa: PLC0415 - it is a joint with clearance itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        made: WornSlot = worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
-        return made
+        return worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         coordinates, p = self._geometry(mechanism)

@@ -376,8 +376,7 @@ class PrismaticClearance(Guide):
         from flexmb.parts.wear.worn_guide import WornGuide  # noqa: PLC0415 - it is a joint with clearance itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        made: WornGuide = worn(self, PrismaticClearance, WornGuide, wear=wear, worn_length=length)
-        return made
+        return worn(self, PrismaticClearance, WornGuide, wear=wear, worn_length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         coordinates, p, angle = self.geometry(mechanism)

@@ -331,8 +331,7 @@ class RevoluteClearance(Joint):
         from flexmb.parts.wear.worn_clearance import WornClearance  # noqa: PLC0415 - it is a joint with clearance itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        made: WornClearance = worn(self, RevoluteClearance, WornClearance, wear=wear)
-        return made
+        return worn(self, RevoluteClearance, WornClearance, wear=wear)
 
     def idealised(self) -> Revolute:
         return Revolute(self.name, self.first, self.second, self.at)

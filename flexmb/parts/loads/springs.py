@@ -17,7 +17,6 @@ from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kern
 from flexmb.model.contributions import (
     ADDS,
     SUBTRACTS,
-    Attachment,
     Contribution,
     Coordinate,
     ElementContribution,
@@ -27,7 +26,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Part
+from flexmb.model.part import Part, PointToPoint
 from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
 from flexmb.parts.joints.contact_point import arms_of
 from flexmb.parts.loads.force import put_line_force
@@ -208,7 +207,7 @@ def spring_damper_signal(p, t, q, v, a):
 
 
 @record
-class SpringDamper(Part):
+class SpringDamper(PointToPoint):
     """Linear spring and damper between a point of one body and a point of another.
 
     Signals: length [m], rate (of the length) [m/s], force (tension of spring and damper; negative: pressure) [N],
@@ -225,11 +224,6 @@ class SpringDamper(Part):
     its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
-    formerly = (("start", "at", "0.3"), ("end", "to", "0.3"))
-    first: Part = field("first body; `GROUND` is the frame")
-    second: Part = field("second body")
-    at: tuple[float, float] = field("point of the first body", "m", point)
-    to: tuple[float, float] = field("point of the second body", "m", point)
     _: KW_ONLY
     stiffness: float = field("k", "N/m", not_negative)
     damping: float = field("d", "N s/m", not_negative, default=0.0)
@@ -242,11 +236,6 @@ class SpringDamper(Part):
             checks.not_negative(self.label, "free_length", length, "m")
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
-
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Both points on the bodies of `mechanism`."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         first, second = self.ends(mechanism)

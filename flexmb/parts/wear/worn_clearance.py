@@ -257,11 +257,6 @@ def settled(
         d -= excess / (near**2 * (pressed > 0.0)).sum(axis=1)
 
 
-def smoothed(depths: np.ndarray) -> np.ndarray:
-    """Means of a depth and its neighbours, weights 1/4, 1/2, 1/4; the sum stays the same."""
-    return np.asarray(0.5 * depths + 0.25 * (np.roll(depths, 1) + np.roll(depths, -1)))
-
-
 @record
 class WornClearance(WornJoint, RevoluteClearance):
     """Revolute joint with clearance and a worn surface, made by `RevoluteClearance.worn_by`.
@@ -341,7 +336,8 @@ class WornClearance(WornJoint, RevoluteClearance):
         return surface(self.play, self.depths)
 
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
-        return smoothed(depths)
+        """Means of the depths of neighbours, weights 1/4, 1/2, 1/4; their sum stays the same."""
+        return np.asarray(0.5 * depths + 0.25 * (np.roll(depths, 1) + np.roll(depths, -1)))
 
     def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Volume by angle, spread as the pressure is."""

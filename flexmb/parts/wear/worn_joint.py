@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -133,6 +133,7 @@ class EnergyWear(Wear):
         return np.asarray(np.abs(friction))
 
 
+Kind = TypeVar("Kind", bound="WornJoint")
 # Signals of each contact whose integral is its wear.
 FORCES = ("slip", "normal_force", "friction_force")
 
@@ -215,7 +216,7 @@ class WornJoint(Part):
 
     @abstractmethod
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
-        """Depths without ridges between neighbours; their sum stays."""
+        """The `depths` without ridges between neighbours; their sum stays."""
 
     @property
     @abstractmethod
@@ -304,7 +305,7 @@ class WornJoint(Part):
         return replace(self, wear=wear)
 
 
-def worn(joint: Joint, dry: type[Joint], kind: type[WornJoint], **more: Any) -> Any:
+def worn(joint: Joint, dry: type[Joint], kind: type[Kind], **more: Any) -> Kind:
     """The joint as one of a `kind` that wears, with `more` fields; of `dry` only the class itself wears."""
     if type(joint) is not dry:
         text = f"{joint.label} is a {type(joint).__name__}; only the dry joint {dry.__name__} wears."
