@@ -13,20 +13,8 @@ from flexmb import arguments, checks, planar
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, one_of, point, positive, record
-from flexmb.mechanisms.choices import (
-    LEFT,
-    RIGHT,
-    Point,
-    angles,
-    at_angle,
-    box,
-    check_flag,
-    corner,
-    crank_motion,
-    friction_law,
-    on_line,
-    pin,
-)
+from flexmb.mechanisms import choices
+from flexmb.mechanisms.choices import Point
 from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
@@ -185,12 +173,12 @@ class NineBarPose:
     def at(cls, data: NineBarData, theta1: float, theta4: float) -> NineBarPose:
         """The pose at angles of the cranks from +X [rad], in closed form, in the branch of each loop of the paper."""
         loop = f"nine_bar at start = ({theta1:g}, {theta4:g}) rad: loop"
-        P1 = at_angle(data.pivot1, data.length1, theta1)
-        P4 = at_angle(data.pivot4, data.length4, theta4)
-        B = corner(f"{loop} O1-P1-B-P4-O4", P1, data.length2, P4, data.length3, LEFT)
-        A = corner(f"{loop} O6-A-B", data.pivot6, data.length6, B, data.side_ab, LEFT)
-        C = corner("nine_bar: panel A-B-C", A, data.side_ac, B, data.side_bc, RIGHT)
-        S = on_line(f"{loop} C-S-guide", C, data.length8, data.slider_line, -1.0)
+        P1 = choices.at_angle(data.pivot1, data.length1, theta1)
+        P4 = choices.at_angle(data.pivot4, data.length4, theta4)
+        B = choices.corner(f"{loop} O1-P1-B-P4-O4", P1, data.length2, P4, data.length3, choices.LEFT)
+        A = choices.corner(f"{loop} O6-A-B", data.pivot6, data.length6, B, data.side_ab, choices.LEFT)
+        C = choices.corner("nine_bar: panel A-B-C", A, data.side_ac, B, data.side_bc, choices.RIGHT)
+        S = choices.on_line(f"{loop} C-S-guide", C, data.length8, data.slider_line, -1.0)
         to_centroid = (A[0] + B[0] + C[0]) / 3.0 - A[0], (A[1] + B[1] + C[1]) / 3.0 - A[1]
         fraction = data.centre7 / math.hypot(*to_centroid)
         return cls(P1, P4, B, A, C, S, (A[0] + fraction * to_centroid[0], A[1] + fraction * to_centroid[1]))
@@ -261,17 +249,17 @@ def nine_bar(
     data = NineBarData() if data is None else data
     if not isinstance(data, NineBarData):
         raise InputError(f"nine_bar: data is {data!r}; it must be a NineBarData, e.g. NineBarData(mass7=4.0).")
-    check_flag("nine_bar", "flexible", flexible)
+    choices.check_flag("nine_bar", "flexible", flexible)
     checks.count("nine_bar", "elements", elements)
     speed = checks.number("nine_bar", "speed", speed, "rad/s")
-    pose = NineBarPose.at(data, *angles("nine_bar", "start", start))
+    pose = NineBarPose.at(data, *choices.angles("nine_bar", "start", start))
     as_beams = flexible or mesh is not None
     body = _flexible_bodies(data, pose, elements, mesh) if as_beams else _rigid_bodies(data, pose)
-    body["slider"] = RigidBody("slider", pose.S, data.mass9, data.inertia9, outline=box(pose.S, *SLIDER_SIZE))
-    law = friction_law("nine_bar", friction, data.coulomb)
-    play = pin("P1", body["crank1"], body["link2"], pose.P1, clearance, data.bearing_radius, data.normal, law)
+    body["slider"] = RigidBody("slider", pose.S, data.mass9, data.inertia9, outline=choices.box(pose.S, *SLIDER_SIZE))
+    law = choices.friction_law("nine_bar", friction, data.coulomb)
+    play = choices.pin("P1", body["crank1"], body["link2"], pose.P1, clearance, data.bearing_radius, data.normal, law)
     cranks = ("motor1", "O1", -speed), ("motor4", "O4", speed)
-    drives = [Drive(name, joint, crank_motion("nine_bar", w, ramp)) for name, joint, w in cranks]
+    drives = [Drive(name, joint, choices.crank_motion("nine_bar", w, ramp)) for name, joint, w in cranks]
     return Mechanism(NAME, (*body.values(), *_ideal_joints(data, pose, body), play, *drives), (data.gravity, 0.0))
 
 
