@@ -136,7 +136,7 @@ class JointFriction:
     arm: float = 1.0
 
 
-@dataclass(frozen=True)
+@record
 class Reaction:
     """Reported force, moment or power of a constraint.
 
@@ -144,14 +144,18 @@ class Reaction:
     the sum of G^T lam over these, with G at the state; so it needs no factor and holds for any equations.
     """
 
-    name: str
-    units: str
-    row: int = 0  # number of the equation
-    factor: float = 1.0  # derivative of the equation with respect to the coordinate on which the force acts
-    place: int = -1  # place among the coordinates of the velocity that multiplies the force, for a power; -1: none
-    rate: str = ""  # name of a signal of the part, made by a signal kernel, that multiplies the force; "": none
-    on: tuple[int, ...] = ()  # places among the coordinates whose forces are added up; empty: the force of the equation
-    power: bool = False  # whether each of these forces is multiplied by the velocity of its coordinate [W]
+    name: str = field("of the signal")
+    units: str = field("of the signal")
+    row: int = field("number of the equation", default=0)
+    factor: float = field("derivative of the equation by the coordinate on which the force acts", default=1.0)
+    place: int = field(
+        "among the coordinates, of a velocity that multiplies the force, for a power; -1: none", default=-1
+    )
+    rate: str = field('signal of the part, of a signal kernel, that multiplies the force; "": none', default="")
+    on: tuple[int, ...] = field("coordinates whose forces are added up; empty: the force of the equation", default=())
+    power: bool = field(
+        "whether each of these forces is multiplied by the velocity of its coordinate [W]", default=False
+    )
 
 
 @record
@@ -256,11 +260,12 @@ def signal_contributions(
     coordinates: tuple[Coordinate, ...],
     p: tuple[float, ...],
     *,
+    behind: tuple[float, ...] = (),
     use_of_factor: str = "",
 ) -> list[SignalContribution]:
-    """Signals, names with units, of one kernel, whose last parameter is the number of the signal, behind p."""
+    """Signals, names with units, of one kernel, whose parameters are p, the number of the signal, and `behind`."""
     return [
-        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), use_of_factor=use_of_factor)
+        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k), *behind), use_of_factor=use_of_factor)
         for k, (name, unit) in enumerate(signals)
     ]
 

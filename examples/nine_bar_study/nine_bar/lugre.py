@@ -4,7 +4,7 @@ import math
 
 from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
-from flexmb.parts.contact.friction import StaticKinetic, checked_ratio
+from flexmb.parts.contact.friction import StaticKinetic
 
 (DEFLECTION,) = range(1)
 """Index of the bristle deflection in the history."""
@@ -66,6 +66,5 @@ class LoadScaledLuGre(StaticKinetic):
         """Initial bristle deflection [m]."""
         return (0.0,)
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Steady slip [m/s] under the tangential force `load_ratio` mu_s N: 0 up to 1, inf above."""
-        return 0.0 if checked_ratio("LoadScaledLuGre", load_ratio) <= 1.0 else math.inf
+    def _creep_speed(self, r: float) -> float:
+        return 0.0 if r <= 1.0 else math.inf

@@ -15,7 +15,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, record, record_with
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import Contribution, SignalContribution
+from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
@@ -279,11 +279,8 @@ class JournalBearing(Oiled, RevoluteClearance):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
-        before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
-        signals = [
-            SignalContribution(self.name, name, unit, kernels.film_signal, coordinates, (*before, float(k), *behind))
-            for k, (name, unit) in enumerate(kernels.SIGNALS)
-        ]
+        told, before, behind = (kernels.film_signal, kernels.SIGNALS), p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
+        signals = signal_contributions(self.name, *told, coordinates, before, behind=behind)
         film = kernels.JOURNAL_FILM.contribution(self.name, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 

@@ -379,7 +379,7 @@ def check_names(part: Any, contacts: Iterable[str]) -> None:
 
 
 def piece_numbers(outline: Outline, k: int, node: Node) -> tuple[float, ...]:
-    """Numbers of a piece in the frame of a node, see `outline_kernels`."""
+    """Numbers of a piece in the frame of a node, as the kernels above read them."""
     n = len(outline.points)
     before, after = (k - 1) % n, (k + 1) % n
     ends = *in_frame(node, outline.points[k]), *in_frame(node, outline.points[after])
@@ -537,7 +537,7 @@ def _is_round(outline: Outline) -> bool:
 
 
 def _arc_numbers(arc: RoundArc, node: Node) -> tuple[float, ...]:
-    """Numbers of an arc of a round in the frame of a node, see `outline_kernels`."""
+    """Numbers of an arc of a round in the frame of a node, as the kernels above read them."""
     begin, end = arc.begin - node.theta, arc.end - node.theta
     normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
     return (*in_frame(node, arc.at), arc.radius, *normals, arc.kind)

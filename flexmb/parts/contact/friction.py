@@ -1,20 +1,28 @@
 """Friction laws, one class each."""
 
 import math
-from collections.abc import Callable
+from abc import abstractmethod
+from itertools import pairwise
 
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
+from flexmb.late import scipy
 from flexmb.model.law import FrictionLaw
 
 SCANNED = 4000  # number of speeds at which a law is evaluated before bisection finds its balance with the load
 
 
-def checked_ratio(owner: str, value: object) -> float:
-    """`value` as a load relative to mu_s N, >= 0; `owner` names the law in messages."""
-    return checks.not_negative(owner, "load_ratio", value)
+class Creeping(FrictionLaw):
+    """Base of laws that know the slip speed under which a contact creeps."""
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances a tangential load of `load_ratio` mu N or mu_s N; inf where none does."""
+        return self._creep_speed(checks.not_negative(type(self).__name__, "load_ratio", load_ratio))
+
+    @abstractmethod
+    def _creep_speed(self, r: float) -> float: ...
 
 
 def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
@@ -26,26 +34,10 @@ def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
 
     if wanted <= 0.0:
         return 0.0
-    low = 0.0
-    for k in range(1, SCANNED + 1):
-        high = fastest * k / SCANNED
+    for low, high in pairwise(fastest * k / SCANNED for k in range(SCANNED + 1)):
         if balance(high) >= 0.0:
-            return _halved(balance, low, high)
-        low = high
+            return float(scipy.optimize.bisect(balance, low, high, xtol=math.ulp(0.0), maxiter=200))
     return math.inf
-
-
-def _halved(balance: Callable[[float], float], low: float, high: float) -> float:
-    """Slip speed between `low` and `high` at which `balance` changes its sign."""
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        if balance(middle) >= 0.0:
-            high = middle
-        else:
-            low = middle
-    return high
 
 
 @friction_law
@@ -55,14 +47,13 @@ def frictionless_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class Frictionless(FrictionLaw):
+class Frictionless(Creeping):
     """Surfaces without friction."""
 
     kernel = frictionless_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances a tangential load of `load_ratio`: 0 without a load, inf with one."""
-        return math.inf if checked_ratio("Frictionless", load_ratio) > 0.0 else 0.0
+    def _creep_speed(self, r: float) -> float:
+        return math.inf if r > 0.0 else 0.0
 
 
 @friction_law
@@ -80,7 +71,7 @@ def modified_coulomb_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class ModifiedCoulomb(FrictionLaw):
+class ModifiedCoulomb(Creeping):
     """Coulomb friction that rises from nothing at the slip speed v0 to mu N at v1.
 
     Equation (5.13) of docs/theory/contact.md.
@@ -108,9 +99,7 @@ class ModifiedCoulomb(FrictionLaw):
         if self.v1 <= self.v0:
             raise InputError(f"ModifiedCoulomb: v1 is {self.v1:g} m/s; it must be > v0 = {self.v0:g} m/s.")
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = checked_ratio("ModifiedCoulomb", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         if r == 0.0:
             return 0.0
         return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf
@@ -125,7 +114,7 @@ def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class SmoothCoulomb(FrictionLaw):
+class SmoothCoulomb(Creeping):
     """Coulomb friction without a corner, T = -mu N tanh(slip/v0).
 
     Raises
@@ -146,14 +135,12 @@ class SmoothCoulomb(FrictionLaw):
 
     kernel = smooth_coulomb_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = checked_ratio("SmoothCoulomb", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return self.v0 * math.atanh(r) if r < 1.0 else math.inf
 
 
 @record
-class StaticKinetic(FrictionLaw):
+class StaticKinetic(Creeping):
     """Base of laws whose friction falls from static to kinetic."""
 
     static: float = field("mu_s, >= mu_k", rule=not_negative)
@@ -219,9 +206,7 @@ class Stribeck(StaticKinetic):
         if self.exponent < 1.0:
             raise InputError(f"Stribeck: exponent is {self.exponent:g}; it must be >= 1, or the slope has no bound.")
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed of creep does."""
-        r = checked_ratio("Stribeck", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return first_balance(self, r * self.static, 3.0 * self.stribeck_speed)
 
 
@@ -266,9 +251,7 @@ class BengisuAkay(StaticKinetic):
 
     kernel = bengisu_akay_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed does."""
-        r = checked_ratio("BengisuAkay", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return self.v0 * (1.0 - math.sqrt(1.0 - r)) if r <= 1.0 else math.inf
 
 
@@ -310,9 +293,7 @@ class BrownMcPhee(StaticKinetic):
 
     kernel = brown_mcphee_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the dry load `load_ratio` mu_s N; inf where no speed of creep does."""
-        r = checked_ratio("BrownMcPhee", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         dry = BrownMcPhee(self.static, self.kinetic, self.transition_speed)
         return first_balance(dry, r * self.static, 3.0 * self.transition_speed)
 
@@ -327,7 +308,7 @@ def threlfall_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class Threlfall(FrictionLaw):
+class Threlfall(Creeping):
     """Coulomb friction that rises exponentially with the slip speed, T = -mu N (1 - exp(-3 |slip|/v0)) sign(slip).
 
     Raises
@@ -348,9 +329,7 @@ class Threlfall(FrictionLaw):
 
     kernel = threlfall_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = checked_ratio("Threlfall", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return -self.v0 / 3.0 * math.log1p(-r) if r < 1.0 else math.inf
 
 
@@ -451,6 +430,5 @@ class LuGre(StaticKinetic):
         """Deflection of the bristles [m]."""
         return (0.0,)
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N: 0 up to 1, inf above."""
-        return 0.0 if checked_ratio("LuGre", load_ratio) <= 1.0 else math.inf
+    def _creep_speed(self, r: float) -> float:
+        return 0.0 if r <= 1.0 else math.inf

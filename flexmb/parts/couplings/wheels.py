@@ -19,7 +19,7 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
-from flexmb.fields import between, count, directed, field, point, positive, record, two
+from flexmb.fields import between, count, directed, either, field, point, positive, record, two
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import (
@@ -181,6 +181,7 @@ class Push(FrictionLaw):
 
 Point = tuple[float, float]
 FITS = 1e-3  # difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits
+PAIR = two(either(type(None), point), "points", "two points, one of them or None")
 COAXIAL = 1e-9  # distance of two centres over their radii, below which they are one: a gearbox with shafts in line
 
 
@@ -201,19 +202,13 @@ class Wheels(Part):
     second: Part = field("second wheel")
     _: KW_ONLY
     arm: Part = field("body that carries the axes; `GROUND` for fixed axes", default=GROUND)
-    centres: Any = field("centres of both wheels in the reference configuration, see `Wheels`", "m", default=None)
+    centres: Any = field("centres of both wheels in the reference configuration, see `Wheels`", "m", PAIR, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         names = (self.first.name, self.second.name)
         if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
             raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
-        if self.centres is not None:
-            given = checks.sequence(self.label, "centres", self.centres, "two points")
-            if len(given) != 2:
-                raise InputError(f"{self.label}: centres is {self.centres!r}; give two points, one of them or None.")
-            points = (None if c is None else checks.point(self.label, "centres", c) for c in given)
-            object.__setattr__(self, "centres", tuple(points))
 
     def _distances(self, mechanism: Mechanism, motion: WatchedMotion) -> np.ndarray:
         """Distances (n,) of both centres at the poses of a motion [m]."""

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, number, positive, record, several, two, variant
 from flexmb.findings.finding import Finding, found
@@ -193,17 +192,23 @@ class CycloidalRamp(SpinUp):
 MOST_OVERSHOOT = 0.1  # overshoot of a spline between two points, over the range of its values, above which it is told
 
 
-def checked_points(owner: str, times: object, values: object, least: int) -> tuple[tuple[float, ...], ...]:
-    """Times [s] and values as tuples of floats: `least` points at least, increasing times, finite values."""
-    given = [checks.sequence(owner, name, x, "numbers") for name, x in (("times", times), ("values", values))]
-    instants = tuple(checks.number(owner, f"times[{i}]", t, "s") for i, t in enumerate(given[0]))
-    numbers = tuple(checks.number(owner, f"values[{i}]", v) for i, v in enumerate(given[1]))
-    if len(instants) < least or len(instants) != len(numbers):
-        text = f"{owner}: {len(instants)} times and {len(numbers)} values;"
-        raise InputError(f"{text} give at least {least} of each, equally many.")
-    if any(b <= a for a, b in pairwise(instants)):
-        raise InputError(f"{owner}: times do not increase; sort them and remove duplicates.")
-    return instants, numbers
+@record
+class Points(Motion):
+    """Base of motions and histories through points in time."""
+
+    times: Sequence[float] = field("increasing instants, at least 2, of a `Table` 4", "s", several(number, "numbers"))
+    values: Sequence[float] = field("the factor at these instants", rule=several(number, "numbers"))
+
+    fewest = 2  # number of points at least
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        owner, count = type(self).__name__, len(self.times)
+        if count < self.fewest or count != len(self.values):
+            text = f"{owner}: {count} times and {len(self.values)} values;"
+            raise InputError(f"{text} give at least {self.fewest} of each, equally many.")
+        if any(b <= a for a, b in pairwise(self.times)):
+            raise InputError(f"{owner}: times do not increase; sort them and remove duplicates.")
 
 
 @drive_kernel
@@ -226,7 +231,7 @@ def piecewise_linear_kernel(p, t):
 
 
 @record
-class PiecewiseLinear(Motion):
+class PiecewiseLinear(Points):
     """Straight lines between points, before the first and after the last one constant.
 
     Raises
@@ -246,17 +251,8 @@ class PiecewiseLinear(Motion):
     (0.5, 1.0)
     """
 
-    times: Sequence[float] = field("increasing instants, at least 2", "s")
-    values: Sequence[float] = field("the factor at these instants")
-
     kernel = piecewise_linear_kernel
     is_smooth = swings = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        times, values = checked_points("PiecewiseLinear", self.times, self.values, 2)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "values", values)
 
     def parameters(self) -> tuple[float, ...]:
         return *self.times, *self.values
@@ -345,7 +341,7 @@ def table_kernel(p, t):
 
 
 @record
-class Table(Motion):
+class Table(Points):
     """Cubic spline through points, continuous in acceleration.
 
     Raises
@@ -362,20 +358,17 @@ class Table(Motion):
     order keep their order there.
     """
 
-    times: Sequence[float] = field("increasing instants, at least 4", "s")
-    values: Sequence[float] = field("the motion at these instants", "rad or m")
+    values: Sequence[float] = field("the motion at these instants", "rad or m", several(number, "numbers"))
     periodic: bool = field("whether the table is repeated", default=False)
     slopes: tuple[float, float] | None = field(
         "speeds at both ends", "rad/s or m/s", two(number, "numbers", "two speeds, e.g. (0.0, 0.0)"), default=None
     )
 
     kernel = table_kernel
+    fewest = 4
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        times, values = checked_points("Table", self.times, self.values, 4)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "values", values)
         if self.slopes is not None and self.periodic:
             raise InputError("Table: slopes are given, but a table that is repeated has no ends. Leave slopes out.")
 

@@ -22,7 +22,7 @@ import numpy as np
 from flexmb.fields import record
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
-from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
+from flexmb.model.contributions import ContactContribution, Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.revolute import RevoluteClearance, angle_contribution
@@ -356,15 +356,11 @@ class WornClearance(WornJoint, RevoluteClearance):
         first, second = ends = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
-        before, behind = p[:CHOSEN], p[TABLES:]
         return [
             ContactContribution(self.name, worn_gap_kernel, coordinates, p, normal, self.friction),
             angle_contribution(self.name, mechanism, ends),
             self._held(mechanism, coordinates, p[OFFSET1_X:ON_JOURNAL]),
-            *[
-                SignalContribution(self.name, name, unit, worn_signal, coordinates, (*before, float(k), *behind))
-                for k, (name, unit) in enumerate(SIGNALS)
-            ],
+            *signal_contributions(self.name, worn_signal, SIGNALS, coordinates, p[:CHOSEN], behind=p[TABLES:]),
         ]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002
