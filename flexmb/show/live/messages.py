@@ -15,7 +15,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
-from flexmb.results.drawing import nearest_instants
+from flexmb.results.drawing import spread_instants
 from flexmb.results.solution import Solution
 from flexmb.results.status import main_signals
 from flexmb.show.live.knobs import LABEL
@@ -24,7 +24,7 @@ from flexmb.show.pictures.films import animate
 from flexmb.show.reports.document import embedded, floats
 from flexmb.show.reports.report import report
 from flexmb.show.reports.run_page import clearance_data, curves
-from flexmb.show.reports.scene import fields_of, scene
+from flexmb.show.reports.scene import fields_of, scene_or_reason
 
 NAMES = ("report.html", "film", "run.nc")  # names by which a page asks for a file
 STORE_ENTRY = "zarr.json"  # file in each folder that is itself a store
@@ -96,18 +96,13 @@ def run_message(view: View, wanted: tuple[str, ...], code: str, command: str) ->
 
 def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any]:
     """Scene, signals, journals, section points and largest values of a run; nothing where no row is finite."""
-    frames = np.arange(len(sol.time))
-    if len(frames) > FRAMES:
-        frames = nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], FRAMES))
+    frames = spread_instants(sol, FRAMES)
     frames = frames[np.isfinite(sol.values[frames]).all(axis=1)]
     if len(frames) == 0:
         return {}
     main = [name for name in main_signals(sol) if name in sol]
     names = list(dict.fromkeys([*main[:MAIN], *(name for name in wanted if name in sol)])) or list(sol.names[:1])
-    try:
-        drawn, missing = scene(sol, view.mechanism, frames), ""
-    except FlexmbError as error:
-        drawn, missing = None, str(error)
+    drawn, missing = scene_or_reason(sol, view.mechanism, frames)
     peaks = [[name, *sol.peak(name)[:2], sol.units(name)] for name in dict.fromkeys([*main, *wanted]) if name in sol]
     found: dict[str, Any] = {
         "scene": drawn, "missing": missing, "fields": fields_of(drawn) if drawn else [],

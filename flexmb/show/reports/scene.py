@@ -163,6 +163,18 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     return {**drawn, **nodes.packed(), **fields, **_joint_forces(sol, instants)}
 
 
+def scene_or_reason(
+    sol: Solution, mechanism: Mechanism | None, instants: np.ndarray
+) -> tuple[dict[str, Any] | None, str]:
+    """Moving mechanism, or None with the reason why it cannot be drawn."""
+    if not sol.shapes:
+        return None, "The solution has no shapes to draw."
+    try:
+        return scene(sol, mechanism, instants), ""
+    except FlexmbError as error:  # poses that were not saved
+        return None, str(error)
+
+
 def fields_of(drawn: Mapping[str, Any]) -> list[str]:
     """Fields by which the bodies of a result of `scene` can be coloured: "moment", "axial", "stress"."""
     found = [field for field in ("moment", "axial", "stress") if field in drawn]
