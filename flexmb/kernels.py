@@ -328,7 +328,7 @@ class Kernel:
 
 
 def rebound(kernel: Kernel, name: str, functions: dict[str, Any]) -> Kernel:
-    """A kernel of the same lines under another name, whose functions are those of the globals `functions`."""
+    """A kernel of the same lines under another name, with the globals `functions` for the functions that it calls."""
     # A function with other globals is no closure, so its machine code is kept and shipped as that of any kernel.
     function = FunctionType(kernel.function.__code__, functions, name.rpartition(".")[2])
     function.__qualname__ = name

@@ -215,7 +215,7 @@ def nearest_instants(sol: Solution, times: np.ndarray) -> np.ndarray:
 
 
 def spread_instants(sol: Solution, most: int) -> np.ndarray:
-    """Numbers of all saved instants; of more than `most`, of those nearest to `most` even times."""
+    """Numbers of all saved instants; of more than `most`, of the nearest ones to `most` even times."""
     if len(sol.time) <= most:
         return np.arange(len(sol.time))
     return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], most))
