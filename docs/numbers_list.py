@@ -191,29 +191,29 @@ parts.contact.cylinder_laws.line_load#1e-15 | 1 | logarithm of the force | accur
 parts.bearings.kernels.KEPT | 1 | height of the roughness | film between surfaces that are pressed into each other
 parts.bearings.film.SAMPLES | places | nothing | where the largest pressure of a film is looked for
 parts.bearings.film.REFINED | iterations | nothing | refinements of the best of them
-parts.bearings.reynolds.CELLS | cells | nothing | finite film around the bearing
-parts.bearings.reynolds.LAYERS | cells | nothing | finite film on half of the width
-parts.bearings.reynolds.ECCENTRICITIES | values | nothing | eccentricities of a table of forces
-parts.bearings.reynolds.ANGLES | values | nothing | directions of motion of a table of forces
-parts.bearings.pads.TURNS | values | nothing | places of a pad between grooves in a table of forces
-parts.bearings.pads.DIRECTIONS | values | nothing | directions of the rates in the table of a pad
-parts.bearings.pads.PAD_CELLS | cells | nothing | finite film around a pad
-parts.bearings.pads.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
-parts.bearings.coefficients.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
-parts.bearings.coefficients.MOST | iterations | nothing | by which the eccentricity under a load is found
+parts.bearings.film.CELLS | cells | nothing | finite film around the bearing
+parts.bearings.film.LAYERS | cells | nothing | finite film on half of the width
+parts.bearings.film.ECCENTRICITIES | values | nothing | eccentricities of a table of forces
+parts.bearings.film.ANGLES | values | nothing | directions of motion of a table of forces
+parts.bearings.film.TURNS | values | nothing | places of a pad between grooves in a table of forces
+parts.bearings.film.DIRECTIONS | values | nothing | directions of the rates in the table of a pad
+parts.bearings.film.PAD_CELLS | cells | nothing | finite film around a pad
+parts.bearings.film.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
+parts.bearings.journal.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
+parts.bearings.journal.MOST | iterations | nothing | by which the eccentricity under a load is found
 parts.bearings.slider.NODES | places | nothing | quadrature along a face of an oiled slider
 parts.bearings.laws.COLDEST | degC | nothing | coldest oil of Walther's law
 parts.bearings.laws.HOTTEST | degC | nothing | hottest oil of Walther's law
 parts.bearings.laws.THINNEST_OIL | mm²/s | nothing | thinnest oil of Walther's law
 parts.bearings.laws.NARROWEST | rad | nothing | least film between two grooves
-parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forces
-parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
-parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that is none
-parts.bearings.reynolds.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
-parts.wear.guide_kernels.MOST_TRIALS | trials | nothing | by which the place nearest to a worn side is found
-parts.wear.guide_kernels.CLOSE | 1 | distance of two places | error of this place that ends the search
-parts.wear.profile.CARRIED | 1 | normal force | error of the force that a foundation carries
-parts.wear.profile.LEAST_COSINE | 1 | nothing | cosine from the normal from which on a foundation carries
+parts.bearings.film.THINNEST | 1 | clearance | least film of a table of forces
+parts.bearings.film.COARSEST | cells | nothing | from which a finite film begins without a coarser one
+parts.bearings.film.ROUND_OFF | 1 | largest source | source of a film that is none
+parts.bearings.film.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
+parts.wear.worn_guide.MOST_TRIALS | trials | nothing | by which the place nearest to a worn side is found
+parts.wear.worn_guide.CLOSE | 1 | distance of two places | error of this place that ends the search
+parts.wear.worn_clearance.CARRIED | 1 | normal force | error of the force that a foundation carries
+parts.wear.worn_clearance.LEAST_COSINE | 1 | nothing | cosine from the normal from which on a foundation carries
 parts.wear.worn_guide.WAYS | places | nothing | to which wear goes from each half of a step along a guide
 dynamics.sweeps.wear.LARGEST_INCREMENT | 1 | clearance | largest depth that is carried on at once
 dynamics.sweeps.wear.SMALL_DEPTH | 1 | clearance | depth beside the largest one in the error of wear
@@ -221,16 +221,16 @@ dynamics.sweeps.wear.SAFETY | 1 | increment | factor of the next increment of we
 dynamics.sweeps.wear.LEAST_FACTOR | 1 | increment | its least change
 dynamics.sweeps.wear.MOST_FACTOR | 1 | increment | its largest change
 parts.contact.hysteresis.MISS | 1 | restitution | what a law may miss without a warning
-parts.contact.restitution.SMALL_CHI | 1 | chi | below it a series is summed
-parts.contact.restitution.TERMS | terms | nothing | terms of that series
-parts.contact.restitution.SERIES_FROM | 1 | restitution | from it on the series serves
+parts.contact.hysteresis.SMALL_CHI | 1 | chi | below it a series is summed
+parts.contact.hysteresis.TERMS | terms | nothing | terms of that series
+parts.contact.hysteresis.SERIES_FROM | 1 | restitution | from it on the series serves
 parts.contact.validity.WIDE | 1 | radius of the journal | half-width of a contact that gets a remark
 parts.contact.validity.SMALL_EXCESS | 1 | largest force | force above a free impact's that goes without a remark
 parts.contact.hysteresis.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
 parts.contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
-parts.bodies.point_mass.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
-parts.bodies.point_mass.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
-parts.joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
+parts.bodies.rigid.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
+parts.bodies.rigid.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
+parts.joints.revolute.TOUCHING | 1 | clearance | round-off of a start that touches
 engine.sensitivity.tangent_step.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
 engine.sensitivity.tangent_step.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative
 engine.step.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Runge-Kutta step
@@ -332,8 +332,8 @@ engine.linalg.ordering.LARGE_GRAPH | blocks | nothing | above it SuperLU orders
 statics.eigen.MOST_RESTARTS | restarts | nothing | search for load factors among those without end
 statics.equilibrium.STEP_ACCURACY | 1 | Newton's correction | its error in a large model
 statics.equilibrium.TANGENT_ACCURACY | 1 | length of a tangent | its error in a large model
-parts.bodies.point_mass.MANY_PARTS | parts | nothing | above it compiled kernels tell what turns a particle
-parts.controllers.pid.FILTER_RATIO | 1 | kd / kp | filter of the derivative, where none is given
+parts.bodies.rigid.MANY_PARTS | parts | nothing | above it compiled kernels tell what turns a particle
+parts.controllers.control.FILTER_RATIO | 1 | kd / kp | filter of the derivative, where none is given
 engine.differences.DIFFERENCE | 1 | gap, gap rate, slip, normal force | differences for the derivatives of a force alone
 engine.differences.LEAST_GAP | m | nothing | least difference of a gap
 engine.differences.LEAST_SPEED | m/s | nothing | least difference of a gap rate or a slip
@@ -565,16 +565,16 @@ def _left_out() -> dict[str, str]:
         program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
-        parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
-        parts.bearings.pads.ROWS parts.bearings.pads.LINES parts.bearings.pads.COLUMNS parts.bearings.pads.MIDDLE parts.bearings.pads.PLACE
-        parts.wear.kernels.TABLES parts.wear.guide_kernels.DEPTHS parts.wear.worn_bearing.TABLES
+        parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.film.LEVEL parts.bearings.film.FIELD
+        parts.bearings.film.PAD_ROWS parts.bearings.film.PAD_LINES parts.bearings.film.PAD_COLUMNS parts.bearings.film.MIDDLE parts.bearings.film.PLACE
+        parts.wear.worn_clearance.TABLES parts.wear.worn_guide.DEPTHS parts.wear.worn_bearing.TABLES
         parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
         model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.laws.LARGEST_COEFFICIENT parts.wear.laws.FEWEST_BINS parts.wear.laws.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
-        parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.worn_joint.LARGEST_COEFFICIENT parts.wear.worn_joint.FEWEST_BINS parts.wear.worn_joint.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        parts.couplings.belt.LARGE_STRETCH parts.couplings.wheels.LARGE_PLAY parts.couplings.wheels.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.elastic_body.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE
         elastic.reduced.accuracy.EXACT
@@ -592,7 +592,7 @@ def _left_out() -> dict[str, str]:
         statics.equilibrium.INDEPENDENCE
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION
         engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.FINEST run.stopping.MOST_TRIALS
-        run.stopping.TIMES_TARGET parts.controllers.pid.JUST_BEFORE parts.controllers.pid.LATEST_BREAK parts.controllers.pid.TARGETS
+        run.stopping.TIMES_TARGET parts.controllers.control.JUST_BEFORE parts.controllers.control.LATEST_BREAK parts.controllers.control.TARGETS
         run.saving.SAME_TIME run.run.LEAST_SEEN run.run.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: engine.step.acceptance.END_OF_STEP run.saving.SAME_INSTANT
     refuses what would take too long: parts.controllers.control.LEAST_SAMPLE

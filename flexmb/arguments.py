@@ -1,16 +1,47 @@
-"""Arguments of public classes and functions: messages on unknown, missing and nameless ones, former names."""
+"""Arguments of public classes and functions: messages on wrong ones, former names, and entries of docstrings."""
 
+import inspect
+import re
 from abc import ABCMeta
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import FrozenInstanceError
 from functools import cache, cached_property, wraps
 from inspect import Parameter, Signature, signature
 from typing import Any, ClassVar, ParamSpec, TypeVar
 
 from flexmb.checks import collecting, did_you_mean
-from flexmb.deprecation import warn_of_former
-from flexmb.docstrings import parameters
 from flexmb.errors import ArgumentError, InputError
+from flexmb.namespace import warn_of_former
+
+TITLE = re.compile(r"(?:^|\n)(\w[\w ]*)\n-{3,}\n")  # title of a section with the line under it
+ORDER = ("Parameters", "Attributes", "Raises", "Notes", "Examples")  # order of the titles of a joined docstring
+
+
+def sections(doc: str) -> dict[str, str]:
+    """Sections of a docstring by title; the text before the first section has the title ""."""
+    first, *rest = TITLE.split(doc)
+    return {"": first.strip(), **{title: text.strip("\n") for title, text in zip(rest[::2], rest[1::2], strict=True)}}
+
+
+def joined(texts: Mapping[str, str]) -> str:
+    """Docstring of sections by title; empty ones are left out."""
+    titled = [f"{title}\n{'-' * len(title)}\n{texts[title]}" for title in ORDER if texts.get(title)]
+    return "\n\n".join([texts[""], *titled])
+
+
+def parameters(thing: Any) -> dict[str, str]:
+    """Entries of the section "Parameters" of a function or class by name, each as text on one line."""
+    found: dict[str, str] = {}
+    for entry in _entries(sections(inspect.getdoc(thing) or "")):
+        names, _, text = entry.partition(":")
+        found |= dict.fromkeys((name.strip() for name in names.split(",")), " ".join(text.split()))
+    return found
+
+
+def _entries(parts: Mapping[str, str]) -> Iterator[str]:
+    """Entries of the section "Parameters", as they are written."""
+    yield from filter(None, re.split(r"\n(?=\S)", parts.get("Parameters", "")))
+
 
 # Names that other packages give to arguments of `Adaptive`.
 OF_STEPS = {"rtol": "rtol", "atol": "atol", "max_step": "max", "min_step": "min"}

@@ -185,9 +185,6 @@ def folded(summary: str, content: str) -> str:
     return f"<details><summary>{escape(summary)}</summary>{content}</details>" if content else ""
 
 
-# Records that show themselves by the fields that were given
-
-
 class Shown(Inside):
     """Base of frozen records: `repr` shows the fields that differ from their defaults, notebooks a table with units."""
 

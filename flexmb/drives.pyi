@@ -4,8 +4,8 @@ from flexmb.parts.drives.drive import Drive as Drive
 from flexmb.parts.drives.motions import ConstantSpeed as ConstantSpeed
 from flexmb.parts.drives.motions import CycloidalRamp as CycloidalRamp
 from flexmb.parts.drives.motions import Harmonic as Harmonic
+from flexmb.parts.drives.motions import PiecewiseLinear as PiecewiseLinear
 from flexmb.parts.drives.motions import Polynomial as Polynomial
+from flexmb.parts.drives.motions import Pulse as Pulse
 from flexmb.parts.drives.motions import Ramp as Ramp
-from flexmb.parts.drives.tables import PiecewiseLinear as PiecewiseLinear
-from flexmb.parts.drives.tables import Pulse as Pulse
-from flexmb.parts.drives.tables import Table as Table
+from flexmb.parts.drives.motions import Table as Table

@@ -20,9 +20,8 @@ from numbers import Real
 from typing import Any, NamedTuple, TypeVar, dataclass_transform
 
 from flexmb import checks
-from flexmb.arguments import Checked
+from flexmb.arguments import Checked, joined, sections
 from flexmb.checks import collecting
-from flexmb.docstrings import joined, sections
 from flexmb.errors import InputError
 
 Kind = TypeVar("Kind", bound=type)
@@ -198,7 +197,9 @@ def record_with(**options: bool) -> Callable[[Kind], Kind]:
         made: Any = dataclasses.dataclass(frozen=True, **options)(cls)
         texts, declared = sections(inspect.cleandoc(made.__doc__ or "")), dataclasses.fields(made)
         said = [own for own, field in zip(fields_of(cls), declared, strict=True) if field.init and own.meaning]
-        texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in said)
+        keywords = {field.name for field in declared if field.kw_only}  # they come last, as in calls
+        ordered = sorted(said, key=lambda field: field.name in keywords)
+        texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in ordered)
         made.__doc__ = joined(texts)
         return made
 
@@ -212,9 +213,6 @@ def variant(cls: Kind) -> Kind:
     own[""] = "\n\n".join([own[""], *base[""].split("\n\n")[1:]])
     cls.__doc__ = joined({"Raises": base.get("Raises", ""), **own})
     return record(cls)
-
-
-# Base of inputs
 
 
 class Input(Checked):

@@ -56,6 +56,7 @@ from functools import cached_property
 from importlib import import_module
 from numbers import Real
 from textwrap import dedent
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -122,8 +123,11 @@ class Contract:
     signature: Any
 
 
+_BY_NAME: dict[str, Contract] = {}  # for unpickling typed-in kernels
+
+
 def _contract(name: str, parameters: str, result: Any, *arguments: Any) -> Contract:
-    return Contract(name, tuple(parameters.split()), result(*arguments))
+    return _BY_NAME.setdefault(name, Contract(name, tuple(parameters.split()), result(*arguments)))
 
 
 ELEMENT = _contract(
@@ -329,6 +333,14 @@ class Kernel:
         return dispatcher
 
 
+def rebound(kernel: Kernel, name: str, functions: dict[str, Any]) -> Kernel:
+    """A kernel of the same lines under another name, with the globals `functions` for the functions that it calls."""
+    # A function with other globals is no closure, so its machine code is kept and shipped as that of any kernel.
+    function = FunctionType(kernel.function.__code__, functions, name.rpartition(".")[2])
+    function.__qualname__ = name
+    return Kernel(function, kernel.contract)
+
+
 @parts_of.register
 def _parts(value: Kernel) -> Parts:
     return "kernel", [value.contract.name, value.function]
@@ -369,12 +381,6 @@ force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
 control_kernel = _decorator(CONTROL)
-
-_CONTRACTS = (
-    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, EXTREMUM, FORCE, TANGENT,
-    ACCOUNT, CONTROL,
-)  # fmt: skip
-_BY_NAME = {contract.name: contract for contract in _CONTRACTS}  # for unpickling typed-in kernels
 
 
 def address_table(kernels: Sequence[Kernel]) -> Any:

@@ -8,6 +8,7 @@ files meanwhile, so their state is kept, too.
 import os
 import re
 import sys
+import warnings
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -31,7 +32,7 @@ def lazy_names(
 
     def get(name: str) -> Any:
         if former is not None and name in former:
-            from flexmb.deprecation import warn_of_former  # noqa: PLC0415 - `import flexmb` stays fast
+            from flexmb.namespace import warn_of_former  # noqa: PLC0415 - `import flexmb` stays fast
 
             warn_of_former(module, name, *former[name])
             return get(former[name][0])
@@ -82,3 +83,15 @@ def state(file: str) -> tuple[int, ...]:
 IMPORTED = states()  # state of each source file when the package was imported
 # Why compiled code is neither read nor kept.
 CHANGED = "files of flexmb have changed since it was imported; start Python anew"
+
+
+INNER = ("flexmb", "numpy")  # packages between a former name and the line of its user
+
+
+def warn_of_former(label: str, old: str, now: str, goes: str) -> None:
+    """Warn at the line of the user that `old` is called `now`, and `goes` with a version."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in INNER:
+        frame, level = frame.f_back, level + 1
+    text = f"{label}: {old} is called {now} now; the former name goes with version {goes}."
+    warnings.warn(text, DeprecationWarning, stacklevel=level)

@@ -79,7 +79,7 @@ CORE = (
         "dynamics/test_tangent.py dynamics/test_tangent_exponents.py",
     ),
     Fault(
-        "parts/contact/hysteresis_laws.py",
+        "parts/contact/hysteresis.py",
         "return 8.0 * (1.0 - restitution) / (5.0 * restitution)",
         "return 5.0 * (1.0 - restitution) / (8.0 * restitution)",
         "contact/test_normal_laws.py contact/test_other_normal_laws.py",
@@ -118,19 +118,19 @@ WINGS = (
         "reduction/test_steady_rotation.py reduction/test_motion.py",
     ),
     Fault(
-        "parts/cams/pair_kernels.py",
+        "parts/cams/curve_on_curve.py",
         "r2x, r2y = X + distance * nx - q[3], Y + distance * ny - q[4]",
         "r2x, r2y = X + distance * nx - q[3], Y - distance * ny - q[4]",
         "cams/test_cams.py cams/test_curves.py",
     ),
     Fault(
-        "parts/cams/outline_kernels.py",
+        "parts/cams/outline_contact.py",
         "away = size if mx * ex + my * ey >= 0.0 else -size",
         "away = size",
         "cams/test_outlines.py",
     ),
     Fault(
-        "parts/controllers/pid.py",
+        "parts/controllers/control.py",
         "return 1.0 / time if self.sample is None else -math.expm1(-self.sample / time) / self.sample",
         "return 1.0 / time if self.sample is None else math.expm1(self.sample / time) / self.sample",
         "controllers/test_pid.py controllers/test_sampled.py",

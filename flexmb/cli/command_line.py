@@ -10,8 +10,7 @@ from typing import Any
 
 from flexmb.checks import did_you_mean
 from flexmb.cli.arguments.index import COMMANDS, SOURCE
-from flexmb.cli.arguments.options import keywords_of
-from flexmb.cli.arguments.parser import EXAMPLES, parser_of, source_of
+from flexmb.cli.arguments.parser import EXAMPLES, keywords_of, parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
 
 OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses; `flexmb --help` tells their meaning

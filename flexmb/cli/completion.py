@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from flexmb.cli.arguments.index import COMMANDS
-from flexmb.cli.arguments.options import options_of
-from flexmb.cli.arguments.parser import parser_of
+from flexmb.cli.arguments.parser import options_of, parser_of
 from flexmb.cli.arguments.source import ready
 
 

@@ -4,7 +4,7 @@ import argparse
 import inspect
 from typing import Any
 
-from flexmb.cli.arguments.options import Option, keywords_of
+from flexmb.cli.arguments.parser import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism

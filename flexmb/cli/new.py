@@ -12,8 +12,6 @@ from flexmb.findings.check import check as examined
 from flexmb.model.mechanism import Mechanism
 from flexmb.units import quantity
 
-# `flexmb check`: examination of a mechanism without simulation
-
 SOUND, WRONG = 0, 1  # exit statuses: no error among the findings, at least one error
 
 

@@ -29,8 +29,6 @@ from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
 from flexmb.units import quantity
 
-# Files of a command: required packages, writable folders
-
 REPORT = "report.html"  # page of a run; pages of diagrams and of studies of a motion have the names of their files
 
 
@@ -69,7 +67,6 @@ def require_folder(folder: Path) -> None:
         raise unwritable(folder, error, "--out") from error
 
 
-# Summary of a run: status, cost, stroke, peaks of the main signals, balance of energies
 def table(mechanism: Mechanism, sol: Solution) -> str:
     """Text of the summary of a run."""
     rows = [("mechanism", sol.name), ("status", sol.status), *((fact.label, fact.text) for fact in facts(sol))]

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from flexmb.cli.arguments.options import keywords_of
-from flexmb.cli.arguments.parser import parser_of, source_of
+from flexmb.cli.arguments.parser import keywords_of, parser_of, source_of
 from flexmb.cli.run import COMMAND, REPORT, keywords_of_run
 from flexmb.dynamics.jobs.files import READ_ERRORS, load_netcdf
 from flexmb.errors import FileFormatError, InputError

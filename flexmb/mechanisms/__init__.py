@@ -4,8 +4,7 @@ from typing import Any
 
 from flexmb import checks
 from flexmb.mechanisms.four_bar import FourBarData, four_bar
-from flexmb.mechanisms.nine_bar import nine_bar
-from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.mechanisms.nine_bar import NineBarData, nine_bar
 from flexmb.mechanisms.slider_crank import SliderCrankData, slider_crank
 
 __all__ = ["FourBarData", "NineBarData", "SliderCrankData", "four_bar", "nine_bar", "slider_crank"]

@@ -10,15 +10,14 @@ from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
-from flexmb.mechanisms.choices import check_flag, crank_motion, friction_law, pin
-from flexmb.mechanisms.geometry import at_angle, box, on_line
+from flexmb.mechanisms.choices import at_angle, box, check_flag, crank_motion, friction_law, on_line, pin
 from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
 from flexmb.parts.bodies.flexible_links import FlexibleLink
 from flexmb.parts.bodies.rigid import RigidBody, RigidLink
 from flexmb.parts.contact.friction import ModifiedCoulomb
-from flexmb.parts.contact.hysteresis_laws import LankaraniNikravesh
+from flexmb.parts.contact.hysteresis import LankaraniNikravesh
 from flexmb.parts.drives.drive import Drive
 from flexmb.parts.joints.prismatic import Prismatic
 from flexmb.parts.joints.revolute import Revolute

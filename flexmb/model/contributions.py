@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from flexmb.errors import KernelError
 from flexmb.fields import field, record
@@ -96,6 +96,23 @@ class ElementContribution:
             )
 
 
+class ElementKernels(NamedTuple):
+    """Kernels of an element by their contracts, see `flexmb.kernels`."""
+
+    element: Kernel
+    energy: Kernel
+    force: Kernel
+    tangent: Kernel | None
+    account: Kernel
+
+    def contribution(
+        self, part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, diagonal: bool = False
+    ) -> ElementContribution:
+        """The element of a part."""
+        kernels = {"energy": self.energy, "force": self.force, "tangent": self.tangent, "account": self.account}
+        return ElementContribution(part, self.element, coordinates, p, diagonal=diagonal, **kernels)  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True)
 class RowMotion:
     """Prescribed motion of one constraint equation, subtracted from it; `name` distinguishes the rows of a part."""
@@ -119,32 +136,26 @@ class JointFriction:
     arm: float = 1.0
 
 
-@dataclass(frozen=True)
+@record
 class Reaction:
     """Reported force, moment or power of a constraint.
 
     The force of one equation is minus factor times its multiplier.  The force on coordinates, given by `on`, is minus
     the sum of G^T lam over these, with G at the state; so it needs no factor and holds for any equations.
-
-    Parameters
-    ----------
-    name, units : of the signal.
-    row : number of the equation.
-    factor : derivative of the equation with respect to the coordinate on which the force acts.
-    place : place among the coordinates of the velocity that multiplies the force of an equation, for a power; -1: none.
-    rate : name of a signal of the part, made by a signal kernel, that multiplies the force of an equation; "": none.
-    on : places among the coordinates whose forces are added up; empty: the force of the equation.
-    power : whether each of these forces is multiplied by the velocity of its coordinate [W].
     """
 
-    name: str
-    units: str
-    row: int = 0
-    factor: float = 1.0
-    place: int = -1
-    rate: str = ""
-    on: tuple[int, ...] = ()
-    power: bool = False
+    name: str = field("of the signal")
+    units: str = field("of the signal")
+    row: int = field("number of the equation", default=0)
+    factor: float = field("derivative of the equation by the coordinate on which the force acts", default=1.0)
+    place: int = field(
+        "among the coordinates, of a velocity that multiplies the force, for a power; -1: none", default=-1
+    )
+    rate: str = field('signal of the part, of a signal kernel, that multiplies the force; "": none', default="")
+    on: tuple[int, ...] = field("coordinates whose forces are added up; empty: the force of the equation", default=())
+    power: bool = field(
+        "whether each of these forces is multiplied by the velocity of its coordinate [W]", default=False
+    )
 
 
 @record
@@ -249,11 +260,12 @@ def signal_contributions(
     coordinates: tuple[Coordinate, ...],
     p: tuple[float, ...],
     *,
+    behind: tuple[float, ...] = (),
     use_of_factor: str = "",
 ) -> list[SignalContribution]:
-    """Signals, names with units, of one kernel, whose last parameter is the number of the signal, behind p."""
+    """Signals, names with units, of one kernel, whose parameters are p, the number of the signal, and `behind`."""
     return [
-        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), use_of_factor=use_of_factor)
+        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k), *behind), use_of_factor=use_of_factor)
         for k, (name, unit) in enumerate(signals)
     ]
 

@@ -37,7 +37,6 @@ class ElasticBody(Body):
 
     @property
     def whole_body(self) -> ElasticBody:
-        """The body with all its nodes, of which this one is made."""
         return self
 
     @property

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from flexmb import checks, kernels
-from flexmb.deprecation import warn_of_former
 from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
@@ -30,6 +29,7 @@ from flexmb.model.contributions import (
 from flexmb.model.law import Law, Material, number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.model.signal import Signals
+from flexmb.namespace import warn_of_former
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -278,15 +278,12 @@ class Ground(Body):
     name: str = "ground"
 
     def nodes(self) -> tuple[Node, ...]:
-        """One fixed node at the origin."""
         return (Node("", 0.0, 0.0, 0.0),)
 
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:  # noqa: ARG002 - any point will do
-        """Every point of the plane belongs to the ground."""
         return Attachment(self.name, "", point)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - nothing moves
-        """Nothing."""
         return ()
 
 
@@ -333,7 +330,6 @@ class Element(Part):
         return ()
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on the named coordinates, and its signals."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
         p = self.parameters()
         element = ElementContribution(
@@ -406,9 +402,24 @@ class Joint(Part):
         return row is not None and row.drive_units[0] == "rad"
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The joint as a point of the first body."""
         first, second = self.ends(mechanism)
         return (PointShape(self.name, self.kind, *first.place, other=second.place),)
+
+
+@record
+class PointToPoint(Part):
+    """Base of parts between a point of one body and a point of another."""
+
+    formerly: ClassVar[tuple[tuple[str, str, str], ...]] = (("start", "at", "0.3"), ("end", "to", "0.3"))
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body")
+    at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
+    to: tuple[float, float] = field("the same of the second body", "m", point)
+
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points on the bodies of `mechanism`."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
 
 def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
@@ -417,7 +428,6 @@ def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
         raise ModelError(f"{part.label} {how.format(repr(part.first.name))} itself; give two different bodies.")
 
 
-# Motion of a run as its parts are asked about it: peaks over all steps, and poses of some steps
 class WatchedMotion(NamedTuple):
     """Motion of a run, whatever of it was saved."""
 
@@ -458,7 +468,6 @@ class WatchedMotion(NamedTuple):
         return float(self.peaks[0][place]), float(self.peaks[1][place])
 
 
-# Base of controllers: parts with inputs, states of their own, and outputs that are factors of loads
 @record
 class Controller(Part):
     """Base of parts that compute the factors of loads from signals."""
@@ -468,7 +477,6 @@ class Controller(Part):
         """Law, inputs, states and outputs."""
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - the same in all
-        """One control law."""
         return [self.control()]
 
     def followed(self, end: float) -> tuple[str, float, float] | None:  # noqa: ARG002 - of controllers with a target

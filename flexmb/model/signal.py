@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from flexmb import checks
-from flexmb.deprecation import warn_of_former
 from flexmb.errors import InputError
+from flexmb.namespace import warn_of_former
 
 # Former names of signals of bushings and markers, with the present ones; they go with version 0.3.
 FORMER = {"rotation": "angle", "rotation_rate": "omega", "angle": "theta"}

@@ -61,12 +61,10 @@ class Marker(Part):
         return iter(self.at)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Eight signals."""
         end = mechanism.body(self.body.name, self.label).attach(self.label, self.at)
         return signal_contributions(self.name, marker_kernel, SIGNALS, end.coordinates, end.offset)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The point."""
         end = mechanism.body(self.body.name, self.label).attach(self.label, self.at)
         kind = TRACE if self.trace and self.body.name != GROUND.name else MARKER
         return (PointShape(self.name, kind, end.part, end.node, end.offset),)

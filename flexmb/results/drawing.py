@@ -214,6 +214,13 @@ def nearest_instants(sol: Solution, times: np.ndarray) -> np.ndarray:
     return np.unique(nearest_to_each(sol, times))
 
 
+def spread_instants(sol: Solution, most: int) -> np.ndarray:
+    """Numbers of all saved instants; of more than `most`, of the nearest ones to `most` even times."""
+    if len(sol.time) <= most:
+        return np.arange(len(sol.time))
+    return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], most))
+
+
 def nearest_to_each(sol: Solution, times: np.ndarray) -> np.ndarray:
     """Number of the saved instant nearest to each of `times` [s]."""
     right = np.clip(np.searchsorted(sol.time, times), 1, max(len(sol.time) - 1, 1))

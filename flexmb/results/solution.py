@@ -501,7 +501,7 @@ class Solution:
         return "\n".join([*lines, *([cut(f"  {'; '.join(last)}")] if last else [])])
 
     def _repr_html_(self) -> str:  # a small player, below it the table
-        from flexmb.show.reports.cell import cell
+        from flexmb.show.reports.scene import cell
 
         peaks = [(name, *self.peak(name)) for name in largest_signals(self)[:IN_TABLE]]
         rows = [(name, f"{value:.6g}", self.units(name), f"{time:.6g}") for name, value, time in peaks]

@@ -91,14 +91,12 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
 
 def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
     """Numbers of the saved instants that become frames."""
-    from flexmb.results.drawing import nearest_instants
+    from flexmb.results.drawing import nearest_instants, spread_instants
     from flexmb.results.solution import require_rows
 
     require_rows("write_vtk", sol)
     if frames is None:
-        if len(sol.time) <= MOST_FRAMES:
-            return np.arange(len(sol.time))
-        frames = MOST_FRAMES
+        return spread_instants(sol, MOST_FRAMES)
     n = checks.count("write_vtk", "frames", frames, 2)
     return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
 

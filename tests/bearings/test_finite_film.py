@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.parts.bearings.film import SHORT, TABLE_BEGIN, film_force
-from flexmb.parts.bearings.reynolds import PEAK, SIDE, film_table, solve_film, table_force, table_scalar
+from flexmb.parts.bearings.film import (
+    PEAK,
+    SHORT,
+    SIDE,
+    TABLE_BEGIN,
+    film_force,
+    film_table,
+    solve_film,
+    table_force,
+    table_scalar,
+)
 
 ECCENTRICITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 LOADS = {

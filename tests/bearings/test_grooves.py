@@ -8,9 +8,7 @@ import pytest
 import flexmb as fm
 from flexmb.errors import InputError
 from flexmb.parts.bearings import kernels
-from flexmb.parts.bearings.film import TABLE_BEGIN
-from flexmb.parts.bearings.pads import pads_force, pads_table
-from flexmb.parts.bearings.reynolds import solve_film
+from flexmb.parts.bearings.film import TABLE_BEGIN, pads_force, pads_table, solve_film
 from flexmb.testing.bench import gradient
 
 R, C, MU, SPIN = 0.01, 5e-5, 0.02, 100.0

@@ -12,9 +12,8 @@ from flexmb.dynamics.sweeps import wear as study
 from flexmb.kernels import GAP_SIZE
 from flexmb.mechanisms import slider_crank
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.revolute_clearance import journal_gap_kernel
-from flexmb.parts.wear.kernels import worn_gap_kernel
-from flexmb.parts.wear.profile import settled, shares, surface
+from flexmb.parts.joints.revolute import journal_gap_kernel
+from flexmb.parts.wear.worn_clearance import settled, shares, surface, worn_gap_kernel
 from flexmb.places import ARM1_X, ARM2_X, ARM2_Y, GAP, NORMAL_X
 
 C, R, B, W = 5e-5, 0.01, 0.02, 100.0  # clearance, radius, width, load

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexmb.cli import run as run_module
-from flexmb.cli.arguments import options
+from flexmb.cli.arguments import parser as options
 from flexmb.cli.arguments.source import ready
 from flexmb.cli.command_line import main, with_negative_numbers
 from flexmb.results.netcdf import load

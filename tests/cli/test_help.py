@@ -138,7 +138,7 @@ def test_a_fault_without_traceback_and_with_it(monkeypatch, capsys):
     def fails(options):
         raise RuntimeError("three")
 
-    monkeypatch.setattr("flexmb.cli.arguments.options.list_mechanisms", fails)
+    monkeypatch.setattr("flexmb.cli.arguments.parser.list_mechanisms", fails)
     assert main(["list"]) == 3
     assert capsys.readouterr().err.startswith("flexmb: RuntimeError: three")
     with pytest.raises(RuntimeError):

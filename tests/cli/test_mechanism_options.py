@@ -6,7 +6,7 @@ from typing import Annotated
 
 import pytest
 
-from flexmb.cli.arguments.options import add_options, keywords_of, options_of
+from flexmb.cli.arguments.parser import add_options, keywords_of, options_of
 from flexmb.cli.arguments.source import find, ready
 from flexmb.errors import InputError
 from flexmb.mechanisms import nine_bar

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli.arguments.options import Option
+from flexmb.cli.arguments.parser import Option
 from flexmb.cli.command_line import main
-from flexmb.cli.sweep import values_of
+from flexmb.cli.studies import values_of
 
 MODEL = """
 from typing import Annotated

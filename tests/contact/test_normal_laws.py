@@ -13,8 +13,8 @@ from scipy.integrate import quad
 
 import flexmb as fm
 from flexmb.errors import InputError, RestitutionWarning
+from flexmb.parts.contact.hysteresis import delivered_restitution, exact_chi
 from flexmb.parts.contact.onset import HISTORY, approach_speed
-from flexmb.parts.contact.restitution import delivered_restitution, exact_chi
 
 drops = runpy.run_path(str(Path(__file__).with_name("drops.py")))
 thrown, returned, stiffness = drops["thrown"], drops["returned"], drops["stiffness"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.parts.contact.restitution import exact_chi
+from flexmb.parts.contact.hysteresis import exact_chi
 
 PLAY, MASS, K, E = 2e-4, 0.5, 1e9, 0.6
 LOAD = 50.0

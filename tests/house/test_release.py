@@ -106,7 +106,7 @@ def test_overdue_names_are_found(package_sources):
 
 def test_one_helper_warns(package_sources):
     calls = [source.path for source in package_sources if "DeprecationWarning," in source.text]
-    assert calls == ["flexmb/deprecation.py"]
+    assert calls == ["flexmb/namespace.py"]
 
 
 # Requirements

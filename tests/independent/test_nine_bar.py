@@ -9,7 +9,7 @@ from averages import mean_and_error
 
 import flexmb as fm
 from flexmb.mechanisms import NineBarData, nine_bar
-from flexmb.mechanisms.nine_bar_data import NineBarPose
+from flexmb.mechanisms.nine_bar import NineBarPose
 
 DATA = NineBarData()
 RULES = {"onset": own.PRINTED, "largest": own.LARGEST}

@@ -7,7 +7,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar, slider_crank
-from flexmb.show.reports import cell
+from flexmb.show.reports import scene
 
 nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed")
 nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed")
@@ -243,7 +243,7 @@ def test_a_frame_hears_its_notebook_alone(crank_page, tab):
 def test_a_solution_is_a_player_above_its_table(browser, layout_faults, width, theme):
     sol = fm.simulate(nine_bar(clearance=5e-4, flexible=True), periods=0.2)
     shown = sol._repr_html_()
-    assert len(cell.cell(sol)) <= cell.MOST_SIGNS
+    assert len(scene.cell(sol)) <= scene.MOST_SIGNS
     opened = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=theme)
     opened.set_content(f"<!DOCTYPE html><body>{shown}</body>")
     frame = frame_of(opened, "flexmbCell", "cell")
@@ -259,14 +259,14 @@ def test_a_solution_is_a_player_above_its_table(browser, layout_faults, width, t
 
 def test_long_runs_have_fewer_frames_and_odd_ones_no_player(monkeypatch):
     sol = fm.simulate(slider_crank(clearance=2e-4), periods=1)
-    whole = cell.cell(sol)
-    monkeypatch.setattr(cell, "MOST_SIGNS", len(whole) - 1)
-    assert 0 < len(cell.cell(sol)) < len(whole)
-    monkeypatch.setattr(cell, "MOST_SIGNS", 1000)
-    assert cell.cell(sol) == ""
+    whole = scene.cell(sol)
+    monkeypatch.setattr(scene, "MOST_SIGNS", len(whole) - 1)
+    assert 0 < len(scene.cell(sol)) < len(whole)
+    monkeypatch.setattr(scene, "MOST_SIGNS", 1000)
+    assert scene.cell(sol) == ""
     monkeypatch.undo()
     without = fm.simulate(slider_crank(), periods=0.1, signals=["motor.*"])
-    assert cell.cell(without) == ""
+    assert scene.cell(without) == ""
     assert "motor.torque" in without._repr_html_()
 
 

@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 import flexmb as fm
 from flexmb.dynamics.sweeps import bifurcation as diagrams
 from flexmb.mechanisms import slider_crank
-from flexmb.show.live import files as live_files
+from flexmb.show.live import messages
 from flexmb.show.live import server as live_server
 
 UPGRADE = {
@@ -146,7 +146,7 @@ def test_a_film_of_the_newest_run_is_saved(crank_page, monkeypatch, packages):
     if packages:
         pytest.importorskip("imageio_ffmpeg")
     else:
-        monkeypatch.setattr(live_files, "find_spec", lambda _: None)
+        monkeypatch.setattr(messages, "find_spec", lambda _: None)
     url = urlsplit(crank_page.url)
     answer = httpx.get(f"http://{url.netloc}/film?{url.query}", timeout=120)
     assert answer.status_code == 200

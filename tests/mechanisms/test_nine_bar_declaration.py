@@ -10,7 +10,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import NineBarData, nine_bar
-from flexmb.mechanisms.nine_bar_data import NineBarPose
+from flexmb.mechanisms.nine_bar import NineBarPose
 
 by_hand = runpy.run_path(str(Path(__file__).with_name("closed_form.py")))
 

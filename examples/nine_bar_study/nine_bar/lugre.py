@@ -4,8 +4,7 @@ import math
 
 from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
-from flexmb.model.law import FrictionLaw
-from flexmb.parts.contact.friction import checked_ratio, static_not_below_kinetic
+from flexmb.parts.contact.friction import StaticKinetic
 
 (DEFLECTION,) = range(1)
 """Index of the bristle deflection in the history."""
@@ -36,7 +35,7 @@ def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class LoadScaledLuGre(FrictionLaw):
+class LoadScaledLuGre(StaticKinetic):
     """LuGre friction with a stiffness of the bristles proportional to the normal force.
 
     z' = slip - sigma_0 |slip| z / g,  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
@@ -55,7 +54,6 @@ class LoadScaledLuGre(FrictionLaw):
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), their references 32 and 33.
     """
 
-    static: float = field("coefficient of static friction mu_s, >= mu_k", rule=not_negative)
     kinetic: float = field("coefficient of kinetic friction mu_k", rule=positive)
     stribeck_speed: float = field("v_s, slip of the transition from static to kinetic friction", "m/s", positive)
     stiffness: float = field("sigma_0 of the bristles per normal force", "1/m", positive)
@@ -64,14 +62,9 @@ class LoadScaledLuGre(FrictionLaw):
 
     kernel = load_scaled_lugre_kernel
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        static_not_below_kinetic(self)
-
     def history(self) -> tuple[float, ...]:
         """Initial bristle deflection [m]."""
         return (0.0,)
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Steady slip [m/s] under the tangential force `load_ratio` mu_s N: 0 up to 1, inf above."""
-        return 0.0 if checked_ratio("LoadScaledLuGre", load_ratio) <= 1.0 else math.inf
+    def _creep_speed(self, r: float) -> float:
+        return 0.0 if r <= 1.0 else math.inf

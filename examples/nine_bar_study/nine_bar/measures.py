@@ -6,7 +6,7 @@ from nine_bar_study.case import Case
 from nine_bar_study.claims.evidence import Key, Measure
 from nine_bar_study.nine_bar.cases import case
 
-from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.mechanisms.nine_bar import NineBarData
 
 LARGE, SMALL, SMALLEST = 0.5e-3, 0.05e-3, 0.01e-3
 """Clearances of the paper [m]; `SMALLEST` is the first value of the published diagrams."""

@@ -15,7 +15,7 @@ from nine_bar_study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED
 from nine_bar_study.nine_bar.measures import CASES, FAST, LARGE, MIDDLE, NEAR, NEAREST, SLOW, SMALLEST, case_of, key
 from nine_bar_study.run import StudyRun
 
-from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.mechanisms.nine_bar import NineBarData
 
 SPEEDS = (SLOW, MIDDLE, FAST)
 """Speeds over pi [rad/s] of the paper."""

@@ -13,7 +13,7 @@ from nine_bar_study.case import Case
 from nine_bar_study.nine_bar.staggered.method import Staggered
 
 from flexmb.errors import FlexmbError, RestitutionWarning
-from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.mechanisms.nine_bar import NineBarData
 from flexmb.parts.contact.onset import LARGEST
 
 DATA = NineBarData()

@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from flexmb import checks, mechanisms
-from flexmb.cli.arguments.options import Option, options_of
+from flexmb.cli.arguments.parser import Option, options_of
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.model.part import Part

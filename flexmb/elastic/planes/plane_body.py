@@ -41,7 +41,7 @@ from flexmb.model.law import Material, Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
-from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
+from flexmb.parts.bodies.rigid import held_rotation_kernel, node_mass
 from flexmb.planar import Array
 
 

@@ -1,30 +1,140 @@
-"""Journal bearing: a revolute joint with an oil film, and dry contact where its surfaces meet."""
+"""Journal bearing: a revolute joint with an oil film, dry contact where its surfaces meet, and its place at rest."""
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
+import scipy.optimize
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.fields import field, instance, positive, record
+from flexmb.fields import field, instance, record, record_with
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import Contribution, SignalContribution
+from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
-from flexmb.parts.bearings.coefficients import FilmEquilibrium, equilibrium
-from flexmb.parts.bearings.laws import Film, Oil, check_roughness
-from flexmb.parts.joints.revolute_clearance import RevoluteClearance
+from flexmb.parts.bearings.film import PADS
+from flexmb.parts.bearings.laws import Film, Oil, Oiled
+from flexmb.parts.joints.revolute import RevoluteClearance
 from flexmb.places import packed
 
 if TYPE_CHECKING:
-    from flexmb.parts.wear.laws import Wear
     from flexmb.parts.wear.worn_bearing import WornBearing
+    from flexmb.parts.wear.worn_joint import Wear
+
+
+TRIED = 72  # number of angles of a bearing with grooves between which its place under a load is found
+MOST = 2000  # number of iterations in which an eccentricity is found
+
+
+@record_with(eq=False)
+class FilmEquilibrium:
+    """Journal that a film carries at constant load and speed; axes along the load, and 90 degrees ahead in the spin."""
+
+    eccentricity: float = field("over the clearance")
+    attitude: float = field("angle from the load to the line of centres, in the direction of the spin", "rad")
+    stiffness: np.ndarray = field("coefficients (2, 2) of the film: minus the derivatives of its force", "N/m")
+    damping: np.ndarray = field("the same by the velocity", "N s/m")
+    film_thickness: float = field("as the signal of the joint", "m")
+    pressure: float = field("as the signal of the joint", "Pa")
+    power: float = field("as the signal of the joint", "W")
+    flow: float = field("as the signal of the joint", "m3/s")
+    equivalent_stiffness: float = field("of the film against the whirl at the limit of stability", "N/m")
+    whirl_ratio: float = field("whirl over spin there; 0: the journal is stable at every mass")
+    critical_mass: float = field("mass carried by the film above which a rigid rotor whirls; inf: none", "kg")
+
+
+def equilibrium(
+    label: str, p: tuple[float, ...], play: float, load: float, speed: float, direction: float
+) -> FilmEquilibrium:
+    """Equilibrium of a film of parameters `p` under a `load` [N] at a `speed` [rad/s], at eccentricities up to `play`.
+
+    `direction`: of the load in the bearing [rad].  An `InputError` in the name of `label` tells a load that the film
+    cannot carry.
+    """
+    direction = checks.number(label, "direction", direction, "rad")
+    load, speed = checks.positive(label, "load", load, "N"), checks.number(label, "speed", speed, "rad/s")
+    if speed == 0.0:
+        raise InputError(f"{label}: speed is 0 rad/s; a film carries a constant load at a speed alone.")
+    numbers = np.array(p)
+
+    def beyond(e: float, turn: float) -> float:
+        return float(np.hypot(*_force(numbers, e, speed, turn)[0])) - load
+
+    def under(turn: float) -> float:
+        """Eccentricity at which the film carries the load, or `play`."""
+        if beyond(play, turn) < 0.0:
+            return play
+        return float(
+            scipy.optimize.brentq(beyond, 0.0, play, args=(turn,), xtol=sys.float_info.min, rtol=1e-15, maxiter=MOST)
+        )
+
+    places = {turn: under(turn) for turn in _turns(numbers, under, speed, direction)}
+    short = {turn: beyond(e, turn) for turn, e in places.items() if e == play and beyond(e, turn) < 0.0}
+    if len(short) == len(places):
+        most = load + max(short.values(), default=-load)
+        raise InputError(
+            f"{label}: load is {load:g} N; at {speed:g} rad/s the film carries up to {most:.4g} N before the surfaces "
+            "touch. Lower the load, or give a higher speed, a thicker oil or less roughness."
+        )
+    turn, e = next((turn, e) for turn, e in places.items() if turn not in short)
+    F, K, B = _force(numbers, e, speed, turn)
+    F = -F / np.hypot(*F)
+    axes = np.array([F, math.copysign(1.0, speed) * np.array([-F[1], F[0]])])  # rows: load, and ahead of it in the spin
+    K, B = axes @ K @ axes.T, axes @ B @ axes.T
+    q, v = np.array([0.0, 0.0, turn, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+    told = []
+    for k in range(4):
+        numbers[kernels.CHOSEN] = k
+        told.append(kernels.film_signal.dispatcher(numbers, 0.0, q, v, v))
+    attitude = math.atan2(axes[1, 0], axes[0, 0])
+    eps, (thickness, pressure, power, flow) = float(e / numbers[kernels.CLEARANCE]), told
+    return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
+
+
+def _turns(p: np.ndarray, under: Callable[[float], float], speed: float, direction: float) -> list[float]:
+    """Angles of a bearing with grooves for which the film carries a load along `direction` with the journal at (e, 0).
+
+    `under`: eccentricity e by angle.  First is the angle to which the load's own direction is nearest, ahead in spin.
+    """
+    if p[kernels.KIND] != PADS:
+        return [0.0]
+
+    def ahead(turn: float) -> float:
+        F = _force(p, under(turn), speed, turn)[0]
+        return math.remainder(math.atan2(-F[1], -F[0]) - turn - direction, 2.0 * math.pi)
+
+    turns = -direction - math.copysign(1.0, speed) * np.linspace(0.0, 2.0 * math.pi, TRIED + 1)
+    found = [ahead(turn) for turn in turns]
+    crossed = [k for k in range(TRIED) if found[k] * found[k + 1] <= 0.0 and abs(found[k] - found[k + 1]) < math.pi]
+    return [float(scipy.optimize.brentq(ahead, turns[k], turns[k + 1], xtol=1e-13)) for k in crossed]
+
+
+def _force(p: np.ndarray, e: float, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Force (2,) on a journal at (e, 0) in a bearing turned by `turn`, its stiffness and damping (2, 2)."""
+    q, v = np.array([0.0, 0.0, turn, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+    r, K, C, M, none = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(0)
+    kernels.JOURNAL_FILM.element.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, C, M, none)
+    return -r[3:5], K[3:5, 3:5], C[3:5, 3:5]
+
+
+def _whirl(K: np.ndarray, B: np.ndarray, speed: float) -> tuple[float, float, float]:
+    """Equivalent stiffness, whirl ratio and critical mass: where a rigid mass vibrates without growing or dying out."""
+    # Equation (15.8) of docs/theory/films.md.
+    k = K[0, 0] * B[1, 1] + K[1, 1] * B[0, 0] - K[0, 1] * B[1, 0] - K[1, 0] * B[0, 1]
+    k /= B[0, 0] + B[1, 1]
+    square = (K[0, 0] - k) * (K[1, 1] - k) - K[0, 1] * K[1, 0]
+    square /= speed**2 * (B[0, 0] * B[1, 1] - B[0, 1] * B[1, 0])
+    if square <= 0.0:
+        return float(k), 0.0, math.inf
+    return float(k), math.sqrt(square), float(k / (square * speed**2))
+
 
 # Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size.
 THIN = 0.01
@@ -33,7 +143,7 @@ TAYLOR = 41.2
 
 
 @record
-class JournalBearing(RevoluteClearance):
+class JournalBearing(Oiled, RevoluteClearance):
     """Revolute joint with an oil film: the first body carries the bearing, the second one the journal.
 
     The film acts everywhere.  Where its least thickness falls below `roughness`, the surfaces touch through it, with
@@ -60,24 +170,11 @@ class JournalBearing(RevoluteClearance):
 
     _: KW_ONLY
     film: Film = field("film of oil", rule=instance(Film, "a film, e.g. ShortBearing(viscosity=0.02, width=0.012)"))
-    roughness: float = field(
-        "height of the roughness of both surfaces together, from which they touch", "m", positive, default=1e-6
-    )
 
     lost_when: ClassVar[str] = "the journal passes through its bearing"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_roughness(self.label, self.roughness, self.clearance)
-
-    @property
-    def play(self) -> float:
-        """Eccentricity at which the surfaces touch [m]."""
-        return self.clearance - self.roughness
-
     @property
     def oiled(self) -> Any:
-        """The joint itself."""
         return self
 
     def pressures(
@@ -113,8 +210,7 @@ class JournalBearing(RevoluteClearance):
         from flexmb.parts.wear.worn_bearing import WornBearing  # noqa: PLC0415 - it is a journal bearing itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        made: WornBearing = worn(self, JournalBearing, WornBearing, wear=wear)
-        return made
+        return worn(self, JournalBearing, WornBearing, wear=wear)
 
     def equilibrium(self, load: float, speed: float, direction: float = -0.5 * math.pi) -> FilmEquilibrium:
         """Place of the journal, stiffness and damping of the film, under a constant `load` [N] at a `speed` [rad/s].
@@ -181,14 +277,10 @@ class JournalBearing(RevoluteClearance):
         return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contact, angle and start of the dry joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
-        before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
-        signals = [
-            SignalContribution(self.name, name, unit, kernels.film_signal, coordinates, (*before, float(k), *behind))
-            for k, (name, unit) in enumerate(kernels.SIGNALS)
-        ]
+        told, before, behind = (kernels.film_signal, kernels.SIGNALS), p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
+        signals = signal_contributions(self.name, *told, coordinates, before, behind=behind)
         film = kernels.JOURNAL_FILM.contribution(self.name, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 

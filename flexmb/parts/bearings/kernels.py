@@ -7,23 +7,32 @@ Equations (15.5) and (15.7) of docs/theory/films.md.
 """
 
 import math
-from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any
 
 from flexmb.kernels import (
-    Kernel,
     account_kernel,
     compiled,
     element_kernel,
     energy_kernel,
     force_kernel,
+    rebound,
     signal_kernel,
     tangent_kernel,
 )
-from flexmb.model.contributions import Coordinate, ElementContribution
-from flexmb.parts.bearings.film import PADS, TABLE, film_force, film_pressure
-from flexmb.parts.bearings.pads import pads_force, pads_scalar
-from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
+from flexmb.model.contributions import ElementKernels
+from flexmb.parts.bearings.film import (
+    PADS,
+    PEAK,
+    SIDE,
+    TABLE,
+    film_force,
+    film_pressure,
+    pads_force,
+    pads_scalar,
+    table_force,
+    table_scalar,
+)
+from flexmb.parts.joints.contact_point import arms_of
 
 # Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
 # pressure [Pa s] and flow [m^3]; points in the frames of their nodes; number of the signal.
@@ -53,10 +62,7 @@ def relative(p, q, v):
 
     Without an eccentricity n is along x.
     """
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * p[OFFSET1_X] - d1 * p[OFFSET1_Y], d1 * p[OFFSET1_X] + c1 * p[OFFSET1_Y]
-    bx, by = c2 * p[OFFSET2_X] - d2 * p[OFFSET2_Y], d2 * p[OFFSET2_X] + c2 * p[OFFSET2_Y]
-    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, ex, ey = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     spin = 0.5 * (v[2] + v[5])
     ux = v[3] - by * v[5] - v[0] + ay * v[2] + spin * ey
     uy = v[4] + bx * v[5] - v[1] - ax * v[2] - spin * ex
@@ -234,36 +240,15 @@ def film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, 0.0, put_force(p, q, v, r)
 
 
-class FilmKernels(NamedTuple):
-    """Kernels of a film."""
-
-    element: Kernel
-    energy: Kernel
-    force: Kernel
-    tangent: Kernel
-    account: Kernel
-
-    def contribution(self, part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> ElementContribution:
-        """The element of a part."""
-        return ElementContribution(
-            part, self.element, coordinates, p, energy=self.energy, force=self.force, tangent=self.tangent,
-            account=self.account,
-        )  # fmt: skip
+OF_JOURNAL = film_kernel, film_energy, film_force_kernel, film_tangent, film_account
+JOURNAL_FILM = ElementKernels(*OF_JOURNAL)
 
 
-JOURNAL_FILM = FilmKernels(film_kernel, film_energy, film_force_kernel, film_tangent, film_account)
-
-
-def film_kernels(name: str, functions: dict[str, Any]) -> FilmKernels:
+def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
     """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
-    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module. A function
-    # with other globals is no closure, so its machine code is kept and shipped as that of any kernel.
-    made = []
-    for field, kernel in zip(FilmKernels._fields, JOURNAL_FILM, strict=True):
-        function = FunctionType(kernel.function.__code__, functions, field)
-        function.__qualname__ = f"{name}.{field}"
-        made.append(Kernel(function, kernel.contract))
-    return FilmKernels(*made)
+    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
+    fields = zip(ElementKernels._fields, OF_JOURNAL, strict=True)
+    return ElementKernels(*(rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields))
 
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)

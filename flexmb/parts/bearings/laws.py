@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY
 from itertools import pairwise
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import scipy.optimize
@@ -16,7 +16,8 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, between, field, number, one_of, positive, record, several, two
-from flexmb.parts.bearings import film, pads, reynolds
+from flexmb.model.part import Joint
+from flexmb.parts.bearings import film
 from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
 
 # Kinds of cavitation, with the extents that they leave of a film.
@@ -82,7 +83,6 @@ class ClosedFilm(Film):
 
     @property
     def extent(self) -> float:
-        """Extent of the film, as a parameter of the kernels."""
         return EXTENTS[self.cavitation]
 
     def pressures(
@@ -121,7 +121,6 @@ class ShortBearing(ClosedFilm):
     kind = film.SHORT
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         mu, L, c = self.viscosity, self.width, clearance
         return {FORCE: mu * radius * L**3 / c**2, PRESSURE: 1.5 * mu * (L / c) ** 2, FLOW: 2.0 * radius * L * c}
 
@@ -150,7 +149,6 @@ class LongBearing(ClosedFilm):
     kind = film.LONG
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         slender = (radius / clearance) ** 2
         return {
             FORCE: self.viscosity * radius * slender * self.width, PRESSURE: 6.0 * self.viscosity * slender, FLOW: 0.0,
@@ -223,7 +221,6 @@ class FiniteBearing(Film):
         return super().numbers(radius, clearance) | ({KIND: film.PADS} if self.grooves else {})
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         pressure = self.viscosity * (radius / clearance) ** 2
         return {FORCE: pressure * radius * self.width, PRESSURE: pressure, FLOW: radius**2 * clearance / 6.0}
 
@@ -235,31 +232,46 @@ class FiniteBearing(Film):
         ends = pairwise(self.turned)
         pads: list[tuple[float, float] | None] = [(one + half - widest, end - one - 2.0 * half) for one, end in ends]
         for pad in pads or [None]:
-            solved = reynolds.solve_film(
-                *motion, self.width / (2.0 * radius), from_widest=self.supply == WIDEST, pad=pad
-            )
+            solved = film.solve_film(*motion, self.width / (2.0 * radius), from_widest=self.supply == WIDEST, pad=pad)
             own = np.interp(theta, solved.angle, solved.pressure[:, 0], period=2.0 * math.pi)
             found += own if pad is None else np.where((theta - pad[0]) % (2.0 * math.pi) < pad[1], own, 0.0)
         return self.scales(radius, clearance)[PRESSURE] * found
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
         """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""
-        if thinnest < reynolds.THINNEST:
+        if thinnest < film.THINNEST:
             raise InputError(
                 f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness; the "
-                f"table of a FiniteBearing ends at {reynolds.THINNEST:g}. Give a roughness of 0.002 of the clearance."
+                f"table of a FiniteBearing ends at {film.THINNEST:g}. Give a roughness of 0.002 of the clearance."
             )
         ratio = self.width / (2.0 * radius)
         if self.grooves:
-            return pads.pads_table(ratio, self.turned, self.groove_width)
-        return reynolds.film_table(ratio, self.supply == WIDEST)
+            return film.pads_table(ratio, self.turned, self.groove_width)
+        return film.film_table(ratio, self.supply == WIDEST)
 
 
-def check_roughness(label: str, roughness: float, clearance: float) -> None:
-    """Refuse a roughness that is not small beside the clearance [m], in the name of `label`."""
-    if roughness >= 0.5 * clearance:
-        text = f"{label}: roughness is {roughness:g} m; it must be smaller than half of the clearance {clearance:g} m."
-        raise InputError(f"{text} Ground steel has 1e-7 to 1e-6 m.")
+@record
+class Oiled(Joint):
+    """Base of joints with clearance, a film of oil, and rough surfaces that touch through it."""
+
+    _: KW_ONLY
+    roughness: float = field(
+        "height of the roughness of both surfaces together, from which they touch", "m", positive, default=1e-6
+    )
+    if TYPE_CHECKING:  # field of the dry joint
+        clearance: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rough, clearance = self.roughness, self.clearance
+        if rough >= 0.5 * clearance:
+            text = f"{self.label}: roughness is {rough:g} m; it must be smaller than half of the clearance"
+            raise InputError(f"{text} {clearance:g} m. Ground steel has 1e-7 to 1e-6 m.")
+
+    @property
+    def play(self) -> float:
+        """Eccentricity at which the surfaces touch [m]."""
+        return self.clearance - self.roughness
 
 
 # Temperatures between which Walther's law is asked [degC].

@@ -16,13 +16,13 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.fields import field, instance, positive, record
+from flexmb.fields import field, instance, record
 from flexmb.kernels import compiled, signal_kernel
-from flexmb.model.contributions import Contribution, SignalContribution
+from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.bearings.kernels import film_kernels, thickness
-from flexmb.parts.bearings.laws import ShortBearing, check_roughness
-from flexmb.parts.joints.prismatic_clearance import PrismaticClearance
+from flexmb.parts.bearings.laws import Oiled, ShortBearing
+from flexmb.parts.joints.prismatic import PrismaticClearance
 from flexmb.places import packed
 
 # Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,
@@ -220,7 +220,7 @@ def guide_film_signal(p, t, q, v, a):
 
 
 @record
-class SliderBearing(PrismaticClearance):
+class SliderBearing(Oiled, PrismaticClearance):
     """Slider in an oiled guide: a film on both faces, and dry contact of the four corners through it.
 
     The film acts everywhere.  Where it is thinner than `roughness`, the corners touch through it with the given laws.
@@ -247,36 +247,23 @@ class SliderBearing(PrismaticClearance):
     film: ShortBearing = field(
         "film of oil", rule=instance(ShortBearing, "a film, e.g. ShortBearing(viscosity=0.02, width=0.012)")
     )
-    roughness: float = field(
-        "height of the roughness of both surfaces together, from which they touch", "m", positive, default=1e-6
-    )
 
     lost_when: ClassVar[str] = "the slider passes through its guide"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_roughness(self.label, self.roughness, self.clearance)
         if self.film.cavitation != "positive":
             raise InputError(
                 f'{self.label}: the film of a guide has cavitation="positive"; it is "{self.film.cavitation}".'
             )
 
-    @property
-    def play(self) -> float:
-        """Offset at which the faces touch [m]."""
-        return self.clearance - self.roughness
-
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contacts, signals and start of the dry joint, and the film with its signals."""
         coordinates, place, angle = self.geometry(mechanism)
         numbers = dict(zip(range(ANGLE), place, strict=True)) | {
             ANGLE: angle, GAP: self.clearance, HEIGHT: self.roughness, HALF: self.half_length,
             VISCOSITY: self.film.viscosity, WIDTH: self.film.width, CHOSEN: 0.0,
         }  # fmt: skip
         p = packed(numbers)
-        signals = [
-            SignalContribution(self.name, name, unit, guide_film_signal, coordinates, (*p[:CHOSEN], float(k)))
-            for k, (name, unit) in enumerate(SIGNALS)
-        ]
+        signals = signal_contributions(self.name, guide_film_signal, SIGNALS, coordinates, p[:CHOSEN])
         film = GUIDE_FILM.contribution(self.name, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]

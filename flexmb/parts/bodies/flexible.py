@@ -39,8 +39,7 @@ from flexmb.late import scipy
 from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
-from flexmb.parts.bodies.point_mass import mean_mass, node_mass
-from flexmb.parts.bodies.rigid import checked_velocity
+from flexmb.parts.bodies.rigid import checked_velocity, mean_mass, node_mass
 
 if TYPE_CHECKING:
     from flexmb.elastic.beams.fem import BeamMatrices
@@ -481,7 +480,6 @@ def deflection_kernel(p, t, q, v, a):
     return (dx * (q[3] - q[1]) - dy * (q[2] - q[0])) / math.sqrt(dx * dx + dy * dy)
 
 
-# Stresses of bodies of beams: the signals of the largest one, and the elements at which it is looked for
 def knows_stress(section: Section) -> bool:
     """Whether a section knows its outer fibre."""
     try:

@@ -127,14 +127,12 @@ class FlexibleBody(ElasticBody):
 
     @property
     def seeks_stress(self) -> bool:
-        """Whether every accepted step looks for the largest stress."""
         if self.stress is None:
             return self.material.yield_stress is not None and self.knows_stress
         return self.stress
 
     @property
     def knows_stress(self) -> bool:
-        """Whether all sections know their outer fibres."""
         return all(map(flexible.knows_stress, self._sections))
 
     def reference_points(self) -> np.ndarray:
@@ -173,26 +171,21 @@ class FlexibleBody(ElasticBody):
             yield found("stubby-beam", (self.name,), text, remedy, length=length, height=height)
 
     def total_mass(self) -> float:
-        """Mass of beams and bosses [kg]."""
         return self.properties().mass
 
     def attach(self, owner: str, point: Point) -> Attachment:
-        """The node at `point`; `owner` names who asks, for messages."""
         points = self.corner_points
         size = max([planar.distance(points[0], corner) for corner in points[1:]])
         node = flexible.nearest_node(self.label, owner, self.nodes(), point, size)
         return Attachment(self.name, node.name, (0.0, 0.0))
 
     def start_velocity(self) -> flexible.Triple | flexible.Field | None:
-        """The declared start velocity."""
         return cast("flexible.Triple | flexible.Field | None", self.velocity)
 
     def start_displacement(self) -> flexible.Field | None:
-        """The declared start displacement."""
         return cast("flexible.Field | None", self.displacement)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Elements, bosses, damping and the largest stress."""
         nodes = {n.name: n for n in self.nodes()}
         return [
             *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
@@ -202,12 +195,10 @@ class FlexibleBody(ElasticBody):
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
-        """The elements."""
         return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
 
     @classmethod
     def prepare(cls, parts: Sequence[FlexibleBody]) -> None:
-        """Matrices of all beams in one assembly."""
         flexible.assemble(beam for part in parts for beam in part.beams)
 
     def _boss_pieces(self, gravity: Point) -> list[Contribution]:

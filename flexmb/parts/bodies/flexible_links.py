@@ -36,8 +36,6 @@ from flexmb.parts.bodies.flexible import (
 from flexmb.parts.bodies.flexible_body import FlexibleBody, beam_of_mesh
 from flexmb.parts.bodies.rigid import Bar
 
-# Base of bodies whose axis is a set of edges between corners
-
 Point = tuple[float, float]
 Edge = tuple[int, int]
 
@@ -245,16 +243,13 @@ class FlexibleFrame(FlexibleBody, Edges):
 
     @property
     def corners(self) -> tuple[str, ...]:
-        """Names of the corner nodes."""
         return tuple(f"node{i}" for i in range(len(self.points)))
 
     @property
     def corner_points(self) -> tuple[Point, ...]:
-        """The corners [m]."""
         return tuple(self.points)
 
     def nodes(self) -> tuple[Node, ...]:
-        """Corners, then inner nodes edge by edge."""
         found = {f"node{i}": p for i, p in enumerate(self.points)}
         for beam in self.beams:
             for name, place in zip(beam.nodes, beam.points, strict=True):
@@ -281,7 +276,6 @@ class FlexibleFrame(FlexibleBody, Edges):
         return self._bosses.mean_mass, (float(mean[0]), float(mean[1])), 0.0
 
     def _fit(self, own: RigidProperties, mass: float) -> Bosses:
-        """Bosses at the corners and at their mean."""
         inertia = own.inertia if self.inertia is None else self.inertia
         wanted = RigidProperties(mass, self.centre or own.centre, inertia)
         return fit_bosses(self.label, own, wanted, list(self.points))
@@ -397,7 +391,6 @@ class FlexibleLink(FlexibleBody, Bar):
         )  # fmt: skip
 
     def nodes(self) -> tuple[Node, ...]:
-        """Nodes from start to end."""
         return self._nodes
 
     @cached_property
@@ -408,22 +401,18 @@ class FlexibleLink(FlexibleBody, Bar):
 
     @property
     def main(self) -> str:
-        """The node in the middle of the chain."""
         return f"node{len(self._nodes) // 2}"
 
     @property
     def aliases(self) -> dict[str, str]:
-        """start and end."""
         return {"start": "node0", "end": f"node{len(self._nodes) - 1}"}
 
     @property
     def corners(self) -> tuple[str, ...]:
-        """Names of the end nodes."""
         return self._nodes[0].name, self._nodes[-1].name
 
     @property
     def corner_points(self) -> tuple[Point, ...]:
-        """The ends [m]."""
         return self.start, self.end
 
     @cached_property
@@ -433,21 +422,18 @@ class FlexibleLink(FlexibleBody, Bar):
         return (self._beam(names, ends, fractions(self.elements), self.section, self.turn),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Elements, bosses, damping and the signal `deflection`."""
         three = (self.corners[0], self.main, self.corners[1])
         coordinates = tuple([(self.name, node, axis) for node in three for axis in (0, 1)])
         deflection = SignalContribution(self.name, "deflection", "m", deflection_kernel, coordinates)
         return [*super().contributions(mechanism), deflection]
 
     def _boss_pieces(self, gravity: Point) -> list[Contribution]:
-        """Contributions of the bosses and of the pivot."""
         ends = super()._boss_pieces(gravity)
         if self.pivot_inertia == 0.0:
             return ends
         return [*ends, *boss_pieces(self.name, self.corners[:1], Bosses((0.0,), self.pivot_inertia, 0.0), gravity)]
 
     def _lumps(self) -> dict[str, tuple[float, float]]:
-        """Mass [kg] and moment of inertia [kg m^2] at the ends, by node."""
         (start, (mass, inertia)), end = super()._lumps().items()
         return dict([(start, (mass, inertia + self.pivot_inertia)), end])
 

@@ -1,11 +1,21 @@
-"""Bodies that touch along curves: cam and follower, knife edge and groove, ideal or as a contact that can open."""
+"""Bodies that touch along curves: cam and follower, knife edge and groove, ideal or as a contact that can open.
+
+c1 and c2 = c1 + distance n are the points of both curves on their common normal, n the outward normal of the first one,
+t = k x n.  A curve has the curvature b/a there (1/0: a point, 0/1: a line).  With tau = t . (u2 - u1) of the velocities
+u of the material points, the normal turns by dphi and the points travel by ds1, ds2 along their curves, each
+counter-clockwise:
+    dphi (a1 b2 + a2 b1 + b1 b2 distance) = b1 b2 tau + a1 b2 dtheta1 + a2 b1 dtheta2
+    ds1  (...) = a1 (b2 tau + a2 (dtheta2 - dtheta1) - b2 distance dtheta1),   ds2 = tau - ds1 - distance dphi
+Source: to second order a curve is its circle of curvature; the equations are those of its rolling and sliding (J. J.
+Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., 2011, on Euler-Savary and cams).
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY
-from typing import Any
+from dataclasses import KW_ONLY, dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,14 +23,315 @@ from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
+from flexmb.kernels import (
+    Kernel,
+    compiled,
+    constraint_kernel,
+    gap_kernel,
+    joint_friction_kernel,
+    rebound,
+    signal_kernel,
+)
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    ContactContribution,
+    Contribution,
+    Coordinate,
+    JointFriction,
+    Node,
+    Reaction,
+    SignalContribution,
+    node_coordinates,
+)
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion, refuse_one_body
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line
-from flexmb.parts.cams.pair_kernels import CURVE_UNDER_CURVE, CURVES, FACE, OPEN, ROLLER, TOUCHING, face_place
-from flexmb.parts.cams.spans import sampled
+from flexmb.parts.cams.spans import common_normal, extreme, sampled
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
+from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
+
+
+@compiled
+def unit_motion(j, r1x, r1y, r2x, r2y):
+    """Velocities u1, u2 of the material points at c1, c2 and of both angles, for a unit velocity of coordinate j."""
+    if j == 0:
+        return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if j == 1:
+        return 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
+    if j == 2:
+        return -r1y, r1x, 0.0, 0.0, 1.0, 0.0
+    if j == 3:
+        return 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
+    if j == 4:
+        return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
+    return 0.0, 0.0, -r2y, r2x, 0.0, 1.0
+
+
+@compiled
+def travel(tau, w1, w2, distance, a1, b1, a2, b2):
+    """Turn of the normal, and travel of both points along their curves; no turn where any normal would do."""
+    scale = a1 * b2 + a2 * b1 + b1 * b2 * distance
+    over = 1.0 / scale if scale != 0.0 else 0.0
+    turn = over * (b1 * b2 * tau + a1 * b2 * w1 + a2 * b1 * w2)
+    first = over * a1 * (b2 * tau + a2 * (w2 - w1) - b2 * distance * w1)
+    return turn, first, tau - first - distance * turn
+
+
+@compiled
+def row(x, y, r1x, r1y, r2x, r2y):
+    """Velocity of c2 less that of c1 along (x, y), by the six coordinates."""
+    return -x, -y, x * r1y - y * r1x, x, y, y * r2x - x * r2y
+
+
+@compiled
+def row_change(x, y, px, py, r1x, r1y, r2x, r2y, x1, y1, x2, y2):
+    """Derivative of `row`, for derivatives (px, py) of the direction, (x1, y1) and (x2, y2) of the arms."""
+    return (-px, -py, px * r1y - py * r1x + x * y1 - y * x1, px, py, py * r2x - px * r2y + y * x2 - x * y2)
+
+
+@compiled
+def with_arms(q, X, Y, nx, ny, distance, a1, b1, a2, b2):
+    """All numbers of a pair: c1, normal, distance, curvatures, arms from both nodes to c1 and c2."""
+    r2x, r2y = X + distance * nx - q[3], Y + distance * ny - q[4]
+    return X, Y, nx, ny, distance, a1, b1, a2, b2, X - q[0], Y - q[1], r2x, r2y
+
+
+@compiled
+def second_speed(pair, v):
+    """Velocity of the second body along the normal at c2."""
+    _, _, nx, ny, _, _, _, _, _, _, _, r2x, r2y = pair
+    return nx * (v[3] - v[5] * r2y) + ny * (v[4] + v[5] * r2x)
+
+
+@compiled
+def put_equation(pair, v, lam, g, G, gamma, H):
+    """Equation distance = 0 of a constraint kernel."""
+    _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
+    g[0] = distance
+    J = row(nx, ny, r1x, r1y, r2x, r2y)
+    total = 0.0
+    for j in range(6):
+        G[0, j] = J[j]
+        u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
+        tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
+        turn, first, second = travel(tau, w1, w2, distance, a1, b1, a2, b2)
+        x1, y1 = -first * ny - w1 * r1y, first * nx + w1 * r1x
+        x2, y2 = second * ny - w2 * r2y, -second * nx + w2 * r2x
+        change = row_change(nx, ny, -turn * ny, turn * nx, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
+        for i in range(6):
+            H[i, j] = lam[0] * change[i]
+            total += v[i] * change[i] * v[j]
+    gamma[0] = -total
+
+
+@compiled
+def middle_change(j, pair):
+    """Derivatives of the middle between c1 and c2 by coordinate j, and turn of the normal."""
+    _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
+    u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
+    tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
+    turn, first, _ = travel(tau, w1, w2, distance, a1, b1, a2, b2)
+    along, across = 0.5 * (nx * (u2x - u1x) + ny * (u2y - u1y)), first + 0.5 * distance * turn
+    return u1x + along * nx - across * ny, u1y + along * ny + across * nx, turn
+
+
+@compiled
+def put_sliding(pair, lam, out, H):
+    """Output of a joint-friction kernel: load |lam|, and sliding at the middle between c1 and c2."""
+    _, _, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
+    half = 0.5 * distance
+    r1x, r1y, r2x, r2y = r1x + half * nx, r1y + half * ny, r2x - half * nx, r2y - half * ny
+    out[LOAD] = abs(lam[0])
+    out[LOAD_BY_LAM] = 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
+    J = row(-ny, nx, r1x, r1y, r2x, r2y)
+    for j in range(6):
+        out[SLIDING + j] = J[j]
+        X, Y, turn = middle_change(j, pair)
+        x1, y1 = X - (1.0 if j == 0 else 0.0), Y - (1.0 if j == 1 else 0.0)
+        x2, y2 = X - (1.0 if j == 3 else 0.0), Y - (1.0 if j == 4 else 0.0)
+        change = row_change(-ny, nx, -turn * nx, -turn * ny, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
+        for i in range(6):
+            H[i, j] = change[i]
+
+
+@compiled
+def put_gap(pair, q, v, out):
+    """Output of a gap kernel; the contact point lies in the middle between c1 and c2."""
+    X, Y, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
+    half = 0.5 * distance
+    put_point(out, q, v, distance, -nx, -ny, X + half * nx, Y + half * ny)
+    J = row(nx, ny, r1x, r1y, r2x, r2y)
+    rate, spin = 0.0, 0.0
+    for j in range(6):
+        Xq, Yq, turn = middle_change(j, pair)
+        put_column(out, j, turn * ny, -turn * nx, Xq, Yq)
+        rate += J[j] * v[j]
+        spin += turn * v[j]
+    put_eccentricity(
+        out, distance * nx, distance * ny, rate * nx - distance * spin * ny, rate * ny + distance * spin * nx
+    )
+
+
+CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tolerances [m], second curve, first curve
+
+
+@compiled
+def curves_pair(p, q):
+    """The pair of both curves at the coordinates q."""
+    c, s = math.cos(q[2]), math.sin(q[2])
+    ex, ey = q[3] - q[0], q[4] - q[1]
+    turn = q[5] - q[2]
+    x, y, X, Y, tx, ty, bend, other_bend = common_normal(
+        p, CURVE_UNDER_CURVE, int(p[SECOND]), math.cos(turn), math.sin(turn), c * ex + s * ey, -s * ex + c * ey
+    )
+    distance = (X - x) * ty - (Y - y) * tx
+    fx, fy, ux, uy = q[0] + c * x - s * y, q[1] + s * x + c * y, c * ty + s * tx, s * ty - c * tx
+    return with_arms(q, fx, fy, ux, uy, distance, 1.0, bend, 1.0, other_bend)
+
+
+# Places in p: length for tolerances [m], centre in the frame of the second node [m], radius [m], the curve.
+POINT_SCALE, CENTRE_X, CENTRE_Y, RADIUS, CURVE_UNDER_POINT = range(5)
+
+
+@compiled
+def point_pair(p, base, q, X, Y, radius):
+    """The pair of the curve at `base` and a circle around (X, Y), a point for the radius 0."""
+    c, s = math.cos(q[2]), math.sin(q[2])
+    ex, ey = X - q[0], Y - q[1]
+    Z, W = c * ex + s * ey, -s * ex + c * ey
+    x, y, tx, ty, bend = extreme(p, base, Z, W, True)
+    away = (Z - x) * ty - (W - y) * tx
+    nx, ny = c * ty + s * tx, s * ty - c * tx
+    X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
+    return with_arms(q, X, Y, nx, ny, away - radius, 1.0, bend, radius, 1.0)
+
+
+@compiled
+def roller_pair(p, q):
+    """The pair of the curve and the roller at the coordinates q."""
+    c, s = math.cos(q[5]), math.sin(q[5])
+    X, Y = q[3] + c * p[CENTRE_X] - s * p[CENTRE_Y], q[4] + s * p[CENTRE_X] + c * p[CENTRE_Y]
+    return point_pair(p, CURVE_UNDER_POINT, q, X, Y, p[RADIUS])
+
+
+# Places in p: length for tolerances [m], first end of the line [m] and its direction in the frame of the second node,
+# +1 for a curve on the left of the line and -1 on the right, length of the line [m], the curve.
+LINE_SCALE, START_X, START_Y, ALONG_X, ALONG_Y, SIDE, LENGTH, CURVE_UNDER_LINE = range(8)
+
+
+@compiled
+def face_pair(p, q):
+    """The pair of the curve and the whole line; place of the contact along the line from its first end; that end."""
+    c1, s1, c2, s2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ux, uy = c2 * p[ALONG_X] - s2 * p[ALONG_Y], s2 * p[ALONG_X] + c2 * p[ALONG_Y]
+    X, Y = q[3] + c2 * p[START_X] - s2 * p[START_Y], q[4] + s2 * p[START_X] + c2 * p[START_Y]
+    nx, ny = p[SIDE] * uy, -p[SIDE] * ux  # from the curve to the line
+    x, y, _, _, bend = extreme(p, CURVE_UNDER_LINE, c1 * nx + s1 * ny, -s1 * nx + c1 * ny, False)
+    x, y = q[0] + c1 * x - s1 * y, q[1] + s1 * x + c1 * y
+    distance = (X - x) * nx + (Y - y) * ny
+    pair = with_arms(q, x, y, nx, ny, distance, 1.0, bend, 1.0, 0.0)
+    return pair, (x - X) * ux + (y - Y) * uy, X, Y
+
+
+@compiled
+def face_alone(p, q):
+    """The pair of the curve and the whole line."""
+    pair, _, _, _ = face_pair(p, q)
+    return pair
+
+
+@gap_kernel
+def face_gap_kernel(p, q, v, out):
+    """Distance of a segment from a convex closed curve; beyond its ends that of the end."""
+    pair, place, X, Y = face_pair(p, q)
+    if 0.0 <= place <= p[LENGTH]:
+        put_gap(pair, q, v, out)
+        return
+    if place > 0.0:
+        c, s = math.cos(q[5]), math.sin(q[5])
+        X += p[LENGTH] * (c * p[ALONG_X] - s * p[ALONG_Y])
+        Y += p[LENGTH] * (s * p[ALONG_X] + c * p[ALONG_Y])
+    put_gap(point_pair(p, CURVE_UNDER_LINE, q, X, Y, 0.0), q, v, out)
+
+
+@signal_kernel
+def face_place(p, t, q, v, a):
+    """Place of the contact along the line from its first end."""
+    _, place, _, _ = face_pair(p, q)
+    return place
+
+
+# Kernels of pairs of curves, by kind of the second curve, and contributions made of them
+
+TOUCHING, OPEN = "touching", "open"  # starts of a contact: second body put onto the curve, or where it is drawn
+
+
+@dataclass(frozen=True)
+class PairKernels:
+    """Kernels of one kind of pair."""
+
+    equation: Kernel  # constraint kernel of the distance
+    gap: Kernel  # gap kernel
+    sliding: Kernel  # joint-friction kernel
+    speed: Kernel  # signal kernel of the normal speed of the second body
+
+    def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
+        """Constraint equation of an ideal pair; contact and its ideal form at the start."""
+        rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
+        first, second = (part.name, self.equation, coordinates, p, 1), coordinates[3:]
+        ideal = ConstraintContribution(*first, second, joint_friction=rubbing, holds="closed")
+        if part.normal is not None:
+            friction = part.friction or Frictionless()
+            contact = ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
+            return [contact] if part.start == OPEN else [contact, ideal]
+        reactions = Reaction("force", "N", 0), Reaction("power", "W", 0, rate="normal_speed")
+        speed = SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p)
+        return [replace(ideal, holds="always", reactions=reactions), speed]
+
+
+pair_of = roller_pair
+
+
+@constraint_kernel
+def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Distance of a circle, or of another second curve, from a closed curve = 0."""
+    put_equation(pair_of(p, q), v, lam, g, G, gamma, H)
+
+
+@joint_friction_kernel
+def sliding_kernel(p, q, lam, out, H):
+    """Load and sliding of the second curve, which does not roll on its body, on a closed curve."""
+    put_sliding(pair_of(p, q), lam, out, H)
+
+
+@gap_kernel
+def distance_kernel(p, q, v, out):
+    """Distance of the second curve from a closed curve."""
+    put_gap(pair_of(p, q), q, v, out)
+
+
+@signal_kernel
+def speed_kernel(p, t, q, v, a):
+    """Velocity of the second curve along the normal at the contact."""
+    return second_speed(pair_of(p, q), v)
+
+
+ROLLER = PairKernels(equation_kernel, distance_kernel, sliding_kernel, speed_kernel)  # curve with a circle or point
+
+
+def pair_kernels(name: str, pair: Any) -> PairKernels:
+    """Kernels of the pairs that a function (p, q) gives, under the `name` of this module that holds them."""
+    functions = {**globals(), "pair_of": pair}
+    made = (rebound(getattr(ROLLER, one.name), f"{name}.{one.name}", functions) for one in fields(PairKernels))
+    return PairKernels(*made)
+
+
+FACE = replace(pair_kernels("FACE", face_alone), gap=face_gap_kernel)  # pair of a closed curve with a line
+CURVES = pair_kernels("CURVES", curves_pair)  # pair of two closed curves
+
 
 # Curves of bodies as numbers of kernels, and distances in the reference configuration
 
@@ -123,7 +434,28 @@ FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None"
 
 
 @record
-class CurveOnCurve(Part):
+class Pair(Part):
+    """Base of pairs of curves: ideal, or with the law of a contact that can open."""
+
+    _: KW_ONLY
+    normal: NormalLaw | None = field(
+        "law of the normal force; None: ideal, the curves never part", rule=NORMAL, default=None
+    )
+    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
+    start: str = field("of a contact, see `CurveOnCurve`", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
+    if TYPE_CHECKING:  # fields of the pairs
+        first: Part
+        second: Part
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_one_body(self)
+        if self.normal is None and self.start == OPEN:
+            raise InputError(f"{self.label}: an ideal pair cannot start open; give normal=..., or leave start.")
+
+
+@record
+class CurveOnCurve(Pair):
     """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
 
     One of the curves must be a `ClosedCurve`, the other is a `Line`, `CircularCurve` or `ClosedCurve`.  With a law the
@@ -157,16 +489,9 @@ class CurveOnCurve(Part):
     first_curve: Any = field("its curve, in the reference configuration")
     second: Part = field("second body")
     second_curve: Any = field("its curve, in the reference configuration")
-    _: KW_ONLY
-    normal: NormalLaw | None = field(
-        "law of the normal force; None: ideal, the curves never part", rule=NORMAL, default=None
-    )
-    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
-    start: str = field("of a contact, see above", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_pair(self)
         curves = self.first_curve, self.second_curve
         known = all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves)
         if not known or not any(isinstance(c, ClosedCurve) for c in curves):
@@ -206,7 +531,6 @@ class CurveOnCurve(Part):
 
     @property
     def pushes(self) -> tuple[str, ...]:
-        """The force of an ideal pair."""
         return ("force",) if self.normal is None else ()
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
@@ -219,20 +543,23 @@ class CurveOnCurve(Part):
                 yield found("unreal-motion", (self.name,), text, remedy, time=when, force=least)
 
     @property
-    def pin_radius(self) -> float:
-        """Least radius of curvature of both curves [m], beside which penetrations are judged."""
+    def _radii(self) -> tuple[list[float], list[float]]:
+        """Radii of a circle [m], and largest curvatures of closed curves [1/m]."""
         curves = self.first_curve, self.second_curve
         radii = [c.radius for c in curves if isinstance(c, CircularCurve)]
-        return min([*radii, *(1.0 / c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve))])
+        return radii, [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
+
+    @property
+    def pin_radius(self) -> float:
+        """Least radius of curvature of both curves [m], beside which penetrations are judged."""
+        radii, bends = self._radii
+        return min([*radii, *(1.0 / bend for bend in bends)])
 
     def contact_law(self) -> NormalLaw | None:
         """Normal law; one made from materials has the stiffness of the places of largest curvature."""
-        if self.normal is None:
-            return None
-        curves = self.first_curve, self.second_curve
-        bends = [1.0 / c.radius for c in curves if isinstance(c, CircularCurve)]
-        bends += [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
-        return self.normal.for_radii(math.inf, 1.0 / sum(bends))
+        radii, bends = self._radii
+        bend = sum([*(1.0 / radius for radius in radii), *bends])
+        return None if self.normal is None else self.normal.for_radii(math.inf, 1.0 / bend)
 
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse curves that are far apart, overlap, or touch beyond the end of a line."""
@@ -241,7 +568,6 @@ class CurveOnCurve(Part):
         check_distance(self, curve, other)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation or one contact."""
         body, curve, second, other = self._ordered()
         nodes = carrier(mechanism, body.name, self.label), carrier(mechanism, second.name, self.label)
         coordinates = (*node_coordinates(body.name, nodes[0].name), *node_coordinates(second.name, nodes[1].name))
@@ -258,15 +584,7 @@ class CurveOnCurve(Part):
         return CURVES.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """Both curves."""
         return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
-
-
-def check_pair(part: Any) -> None:
-    """Check bodies and start of a pair of curves."""
-    refuse_one_body(part)
-    if part.normal is None and part.start == OPEN:
-        raise InputError(f"{part.label}: an ideal pair cannot start open; give normal=..., or leave start.")
 
 
 def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
@@ -296,7 +614,7 @@ POINT = 1e-9  # radius that stands for a point in checks of distances, over the 
 
 
 @record
-class PointOnCurve(Part):
+class PointOnCurve(Pair):
     """A point of the second body that stays on a closed curve of the first: knife edge, pin in a groove.
 
     Signals, ideal: force (along the outward normal of the curve on the second body) [N], normal_speed (velocity
@@ -318,16 +636,6 @@ class PointOnCurve(Part):
     curve: ClosedCurve = field("its curve", rule=instance(ClosedCurve, "a ClosedCurve"))
     second: Part = field("body with the point")
     at: tuple[float, float] = field("the point", "m", point)
-    _: KW_ONLY
-    normal: NormalLaw | None = field(
-        "law of the normal force of an edge; None: ideal, a pin in a groove", rule=NORMAL, default=None
-    )
-    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
-    start: str = field("of a contact, see `CurveOnCurve`", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_pair(self)
 
     @property
     def pin_radius(self) -> float:
@@ -344,12 +652,10 @@ class PointOnCurve(Part):
         check_distance(self, self.curve, CircularCurve(self.at, POINT * self.curve.size))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation or one contact."""
         nodes, coordinates = carriers(mechanism, self)
         size, numbers = TOLERANCE_LENGTH * self.curve.size, curve_numbers(self.curve, nodes[0])
         p = (size, *in_frame(nodes[1], self.at), 0.0, *numbers)
         return ROLLER.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The curve."""
         return [shape(self.first.name, carrier(mechanism, self.first.name, self.label), self.curve.drawing())]

@@ -55,22 +55,25 @@ def area(points: np.ndarray) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
+def _until_crossing(a: np.ndarray, d: np.ndarray, b: np.ndarray, e: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shares s, t (n, m) of sides d (n, 2) from a and e (m, 2) from b up to where both cross; inf or nan: parallel."""
+    between = b[None, :, :] - a[:, None, :]
+    det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (between[..., 0] * e[None, :, 1] - between[..., 1] * e[None, :, 0]) / det
+        return s, (between[..., 0] * d[:, None, 1] - between[..., 1] * d[:, None, 0]) / det
+
+
 def crossing(points: np.ndarray) -> tuple[float, float] | None:
     """A point where a closed polygon (n, 2) crosses itself, or None."""
-    n = len(points)
-    a, d = points, np.roll(points, -1, axis=0) - points
+    n, d = len(points), np.roll(points, -1, axis=0) - points
     for begin in range(0, n, CROSSING_BLOCK):
         i = np.arange(begin, min(n, begin + CROSSING_BLOCK))
-        between = a[None, :, :] - a[i, None, :]
-        det = d[i, None, 0] * d[None, :, 1] - d[i, None, 1] * d[None, :, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = (between[..., 0] * d[None, :, 1] - between[..., 1] * d[None, :, 0]) / det
-            t = (between[..., 0] * d[i, None, 1] - between[..., 1] * d[i, None, 0]) / det
+        s, t = _until_crossing(points[i], d[i], points, d)
         apart = (np.arange(n)[None, :] - i[:, None]) % n
         hit = (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0) & (apart > 1) & (apart < n - 1)
-        if np.any(hit):
-            row, column = (int(k[0]) for k in np.nonzero(hit))
-            x, y = a[i[row]] + s[row, column] * d[i[row]]
+        for row, column in np.argwhere(hit)[:1]:
+            x, y = points[i[row]] + s[row, column] * d[i[row]]
             return float(x), float(y)
     return None
 
@@ -78,18 +81,12 @@ def crossing(points: np.ndarray) -> tuple[float, float] | None:
 def meeting(one: np.ndarray, two: np.ndarray, tolerance: float) -> tuple[float, float] | None:
     """A point where two closed polygons (n, 2), (m, 2) cross, or None; within the tolerance [m] they touch."""
     d, e = np.roll(one, -1, axis=0) - one, np.roll(two, -1, axis=0) - two
-    between = two[None, :, :] - one[:, None, :]
-    det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s = (between[..., 0] * e[None, :, 1] - between[..., 1] * e[None, :, 0]) / det
-        t = (between[..., 0] * d[:, None, 1] - between[..., 1] * d[:, None, 0]) / det
+    s, t = _until_crossing(one, d, two, e)
     first, second = tolerance / np.hypot(*d.T)[:, None], tolerance / np.hypot(*e.T)[None, :]
-    hit = (s > first) & (s < 1.0 - first) & (t > second) & (t < 1.0 - second)
-    if not np.any(hit):
-        return None
-    row, column = (int(k[0]) for k in np.nonzero(hit))
-    x, y = one[row] + s[row, column] * d[row]
-    return float(x), float(y)
+    for row, column in np.argwhere((s > first) & (s < 1.0 - first) & (t > second) & (t < 1.0 - second))[:1]:
+        x, y = one[row] + s[row, column] * d[row]
+        return float(x), float(y)
+    return None
 
 
 def curvatures(spans: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:

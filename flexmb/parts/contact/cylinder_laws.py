@@ -21,9 +21,14 @@ from flexmb.fields import Rule, field, not_negative, one_of, positive, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material
 from flexmb.parts.contact import validity
-from flexmb.parts.contact.hysteresis import RESTITUTION, DampedElasticLaw, damped, two_materials
-from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
-from flexmb.parts.contact.restitution import exact_chi
+from flexmb.parts.contact.hysteresis import (
+    RESTITUTION,
+    DampedElasticLaw,
+    damped_contact,
+    exact_chi,
+    two_materials,
+)
+from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 
 # ln(A/f) at the end of use. The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has reached
 # 1/sigma a length, and from here on the force follows its tangent.
@@ -55,14 +60,8 @@ def line_load(sigma, A, depth):
 def cylinder_kernel(p, h, gap, gap_rate, z, z_new):
     """N = L f(depth) (1 + chi depth_rate / w), never pulling."""
     sigma, A, L, chi, least, largest, e = p
-    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
-    if gap >= 0.0:
-        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
-        return 0.0, 0.0, 0.0
     f, stiffness = line_load(sigma, A, -gap)
-    N, dN_dgap, dN_drate, tension, excess = damped(L * f, -L * stiffness, chi, e, gap_rate, speed, by_gap, by_rate)
-    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
-    return N, dN_dgap, dN_drate
+    return damped_contact(L * f, -L * stiffness, chi, least, largest, e, h, gap, gap_rate, z, z_new)
 
 
 @variant
@@ -93,7 +92,6 @@ class CylinderLaw(DampedElasticLaw):
 
     @staticmethod
     def chi(restitution: float) -> float:
-        """Damping factor with which free impacts return exactly e = `restitution`."""
         return exact_chi(restitution)
 
     @abstractmethod
@@ -155,7 +153,6 @@ class CylinderLaw(DampedElasticLaw):
         return sigma * (A * END_DEPTH + (f - A * math.exp(-END)) * (END - 1.0))
 
 
-# Published normal laws of a cylinder in a hollow: a class for each, with its formula, range and source
 @variant
 class Johnson(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 (R1 - R2)/(sigma f)) - 1].

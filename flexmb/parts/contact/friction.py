@@ -1,28 +1,28 @@
 """Friction laws, one class each."""
 
 import math
-from collections.abc import Callable
-from typing import Any
+from abc import abstractmethod
+from itertools import pairwise
 
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
+from flexmb.late import scipy
 from flexmb.model.law import FrictionLaw
 
 SCANNED = 4000  # number of speeds at which a law is evaluated before bisection finds its balance with the load
 
 
-def checked_ratio(owner: str, value: object) -> float:
-    """`value` as a load relative to mu_s N, >= 0; `owner` names the law in messages."""
-    return checks.not_negative(owner, "load_ratio", value)
+class Creeping(FrictionLaw):
+    """Base of laws that know the slip speed under which a contact creeps."""
 
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances a tangential load of `load_ratio` mu N or mu_s N; inf where none does."""
+        return self._creep_speed(checks.not_negative(type(self).__name__, "load_ratio", load_ratio))
 
-def static_not_below_kinetic(law: Any) -> None:
-    """Refuse a static coefficient below the kinetic one."""
-    if law.static < law.kinetic:
-        text = f"{type(law).__name__}: static is {law.static:g};"
-        raise InputError(f"{text} it must be >= kinetic = {law.kinetic:g}. Did you exchange the two?")
+    @abstractmethod
+    def _creep_speed(self, r: float) -> float: ...
 
 
 def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
@@ -34,29 +34,12 @@ def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
 
     if wanted <= 0.0:
         return 0.0
-    low = 0.0
-    for k in range(1, SCANNED + 1):
-        high = fastest * k / SCANNED
+    for low, high in pairwise(fastest * k / SCANNED for k in range(SCANNED + 1)):
         if balance(high) >= 0.0:
-            return _halved(balance, low, high)
-        low = high
+            return float(scipy.optimize.bisect(balance, low, high, xtol=math.ulp(0.0), maxiter=200))
     return math.inf
 
 
-def _halved(balance: Callable[[float], float], low: float, high: float) -> float:
-    """Slip speed between `low` and `high` at which `balance` changes its sign."""
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        if balance(middle) >= 0.0:
-            high = middle
-        else:
-            low = middle
-    return high
-
-
-# Contact without friction
 @friction_law
 def frictionless_kernel(p, h, slip, N, z, z_new):
     """T = 0."""
@@ -64,14 +47,13 @@ def frictionless_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class Frictionless(FrictionLaw):
+class Frictionless(Creeping):
     """Surfaces without friction."""
 
     kernel = frictionless_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances a tangential load of `load_ratio`: 0 without a load, inf with one."""
-        return math.inf if checked_ratio("Frictionless", load_ratio) > 0.0 else 0.0
+    def _creep_speed(self, r: float) -> float:
+        return math.inf if r > 0.0 else 0.0
 
 
 @friction_law
@@ -89,7 +71,7 @@ def modified_coulomb_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class ModifiedCoulomb(FrictionLaw):
+class ModifiedCoulomb(Creeping):
     """Coulomb friction that rises from nothing at the slip speed v0 to mu N at v1.
 
     Equation (5.13) of docs/theory/contact.md.
@@ -117,15 +99,12 @@ class ModifiedCoulomb(FrictionLaw):
         if self.v1 <= self.v0:
             raise InputError(f"ModifiedCoulomb: v1 is {self.v1:g} m/s; it must be > v0 = {self.v0:g} m/s.")
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = checked_ratio("ModifiedCoulomb", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         if r == 0.0:
             return 0.0
         return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf
 
 
-# Coulomb friction smoothed by a hyperbolic tangent
 @friction_law
 def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
     """T = -mu N tanh(slip / v0)."""
@@ -135,7 +114,7 @@ def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class SmoothCoulomb(FrictionLaw):
+class SmoothCoulomb(Creeping):
     """Coulomb friction without a corner, T = -mu N tanh(slip/v0).
 
     Raises
@@ -156,13 +135,24 @@ class SmoothCoulomb(FrictionLaw):
 
     kernel = smooth_coulomb_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = checked_ratio("SmoothCoulomb", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return self.v0 * math.atanh(r) if r < 1.0 else math.inf
 
 
-# Stribeck friction, smoothed at rest
+@record
+class StaticKinetic(Creeping):
+    """Base of laws whose friction falls from static to kinetic."""
+
+    static: float = field("mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("mu_k", rule=not_negative)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.static < self.kinetic:
+            text = f"{type(self).__name__}: static is {self.static:g};"
+            raise InputError(f"{text} it must be >= kinetic = {self.kinetic:g}. Did you exchange the two?")
+
+
 @friction_law
 def stribeck_kernel(p, h, slip, N, z, z_new):
     """T = -N [(mu_k + (mu_s - mu_k) exp(-|slip/vs|^n)) tanh(slip/v0) + c slip]."""
@@ -178,7 +168,7 @@ def stribeck_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class Stribeck(FrictionLaw):
+class Stribeck(StaticKinetic):
     """Friction that falls from static to kinetic with the slip speed, and may rise again.
 
     T = -N {[mu_k + (mu_s - mu_k) exp(-|slip/v_s|^n)] tanh(slip/v0) + c slip}.
@@ -200,8 +190,6 @@ class Stribeck(FrictionLaw):
     (2007) 580-587.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
-    kinetic: float = field("mu_k", rule=not_negative)
     stribeck_speed: float = field("v_s, slip speed of the fall", "m/s", positive, default=1e-2)
     v0: float = field("slip speed of the rise from rest, < stribeck_speed", "m/s", positive, default=1e-3)
     exponent: float = field("n >= 1; 2 gives a bell, 1 an exponential", default=2.0)
@@ -211,7 +199,6 @@ class Stribeck(FrictionLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic(self)
         checks.between(
             "Stribeck", "v0", self.v0, 0.0, math.nextafter(self.stribeck_speed, 0.0), "m/s",
             "Friction must rise faster than it falls; choose v0 ten times below stribeck_speed.",
@@ -219,9 +206,7 @@ class Stribeck(FrictionLaw):
         if self.exponent < 1.0:
             raise InputError(f"Stribeck: exponent is {self.exponent:g}; it must be >= 1, or the slope has no bound.")
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed of creep does."""
-        r = checked_ratio("Stribeck", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return first_balance(self, r * self.static, 3.0 * self.stribeck_speed)
 
 
@@ -243,7 +228,7 @@ def bengisu_akay_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class BengisuAkay(FrictionLaw):
+class BengisuAkay(StaticKinetic):
     """Static friction reached on a parabola at v0, falling to kinetic friction exponentially.
 
     |T| / N = mu_s [1 - (|slip|/v0 - 1)^2] up to v0, mu_k + (mu_s - mu_k) exp(-xi (|slip| - v0)) beyond.
@@ -261,20 +246,12 @@ class BengisuAkay(FrictionLaw):
     of Sound and Vibration 171 (1994) 557-570; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
-    kinetic: float = field("mu_k", rule=not_negative)
     v0: float = field("slip speed at which mu_s is reached", "m/s", positive, default=1e-3)
     decay: float = field("xi, rate of the fall from mu_s to mu_k", "s/m", positive, default=1e3)
 
     kernel = bengisu_akay_kernel
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        static_not_below_kinetic(self)
-
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed does."""
-        r = checked_ratio("BengisuAkay", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return self.v0 * (1.0 - math.sqrt(1.0 - r)) if r <= 1.0 else math.inf
 
 
@@ -292,7 +269,7 @@ def brown_mcphee_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class BrownMcPhee(FrictionLaw):
+class BrownMcPhee(StaticKinetic):
     """Static, kinetic and viscous friction in one smooth curve of the slip speed.
 
     T = -N {mu_k tanh(4 s) + (mu_s - mu_k) s / [(s/2)^2 + 3/4]^2} - c slip tanh(4 N/N_t) with s = slip/v_t.
@@ -310,21 +287,13 @@ class BrownMcPhee(FrictionLaw):
     meaningful parameters, Journal of Computational and Nonlinear Dynamics 11 (2016) 054502.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
-    kinetic: float = field("mu_k", rule=not_negative)
     transition_speed: float = field("v_t, slip speed of the largest friction", "m/s", positive, default=1e-3)
     viscous: float = field("c", "N s/m", not_negative, default=0.0)
     transition_load: float = field("N_t, from which the viscous part acts in full", "N", positive, default=1.0)
 
     kernel = brown_mcphee_kernel
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        static_not_below_kinetic(self)
-
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the dry load `load_ratio` mu_s N; inf where no speed of creep does."""
-        r = checked_ratio("BrownMcPhee", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         dry = BrownMcPhee(self.static, self.kinetic, self.transition_speed)
         return first_balance(dry, r * self.static, 3.0 * self.transition_speed)
 
@@ -339,7 +308,7 @@ def threlfall_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class Threlfall(FrictionLaw):
+class Threlfall(Creeping):
     """Coulomb friction that rises exponentially with the slip speed, T = -mu N (1 - exp(-3 |slip|/v0)) sign(slip).
 
     Raises
@@ -360,9 +329,7 @@ class Threlfall(FrictionLaw):
 
     kernel = threlfall_kernel
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = checked_ratio("Threlfall", load_ratio)
+    def _creep_speed(self, r: float) -> float:
         return -self.v0 / 3.0 * math.log1p(-r) if r < 1.0 else math.inf
 
 
@@ -413,7 +380,7 @@ def lugre_kernel(p, h, slip, N, z, z_new):
 
 
 @record
-class LuGre(FrictionLaw):
+class LuGre(StaticKinetic):
     """Friction of surfaces with elastic bristles: stiction, break-away and sliding.
 
     z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
@@ -444,7 +411,6 @@ class LuGre(FrictionLaw):
     101-114.
     """
 
-    static: float = field("mu_s, >= mu_k", rule=not_negative)
     kinetic: float = field("mu_k", rule=positive, hint="For surfaces without friction use Frictionless().")
     stribeck_speed: float = field("v_s, slip speed of the fall to kinetic friction", "m/s", positive, default=1e-2)
     stiffness: float = field("sigma_0 of all bristles together", "N/m", positive, default=1e6)
@@ -455,7 +421,6 @@ class LuGre(FrictionLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic(self)
         most = PASSIVE * self.kinetic / self.stribeck_speed
         if self.damping > most:
             text = f"LuGre: damping is {self.damping:g} s/m; it must be <= 9.33 kinetic/stribeck_speed = {most:g} s/m,"
@@ -465,6 +430,5 @@ class LuGre(FrictionLaw):
         """Deflection of the bristles [m]."""
         return (0.0,)
 
-    def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N: 0 up to 1, inf above."""
-        return 0.0 if checked_ratio("LuGre", load_ratio) <= 1.0 else math.inf
+    def _creep_speed(self, r: float) -> float:
+        return 0.0 if r <= 1.0 else math.inf

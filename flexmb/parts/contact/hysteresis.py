@@ -1,4 +1,16 @@
-"""Bases of normal laws that multiply an elastic force by a factor of the rate, and Hertz's elastic law."""
+"""Normal laws N = K depth^n (1 + chi depth_rate/w): restitution, stiffness by Hertz, bases, and the published laws.
+
+For N = F(depth) (1 + chi depth_rate/approach), with any elastic force F, the equation of motion separates:
+m v dv / (1 + chi v/approach) = -F d(depth).  The right side is the same in compression and in restitution, so that
+
+    phi(chi) = phi(-chi e),   phi(x) = x - ln(1 + x),   or   chi (1 + e) = ln[(1 + chi)/(1 - chi e)]
+
+for any F, mass and speed.  Source: the integral is that of K. H. Hunt, F. R. E. Crossley, Coefficient of restitution
+interpreted as damping in vibroimpact, Journal of Applied Mechanics 42 (1975) 440-445, who expand it for e near 1.
+Equation (5.8) of docs/theory/contact.md.
+
+A further law is a further class: its formula in the first line, its range and source in the notes, and chi(e).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +19,8 @@ import math
 import sys
 import warnings
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -19,16 +32,133 @@ from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
 from flexmb.parts.contact import validity
 from flexmb.parts.contact.onset import APPROACH, LARGEST, LEAST_APPROACH, ONSET, reference_speed
-from flexmb.parts.contact.restitution import delivered_restitution, hertz_stiffness
+
+SMALL_CHI = 0.5  # damping factor chi [1] below which phi is summed as a series, since x - ln(1 + x) cancels
+TERMS = 90
+SERIES_FROM = 0.75  # coefficient of restitution [1] from which the exact chi is small enough for the series
+
+
+@lru_cache(256)  # a sweep asks for the same one again and again
+def delivered_restitution(chi: float) -> float:
+    """Coefficient of restitution e of a free impact with the factor (1 + `chi` depth_rate/approach); to round-off.
+
+    Notes
+    -----
+    chi >= 0.  chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
+    """
+    if chi < SMALL_CHI:
+        return _newton(lambda e: _series(chi, e), 1.0 - 2.0 * chi / 3.0)
+    want = chi - math.log1p(chi)  # phi(chi) = u + exp(-u) - 1 with u = -ln(1 - chi e)
+    u = _bisect(lambda u: u + math.expm1(-u) - want, 0.0, want + 1.0)
+    return -math.expm1(-u) / chi
+
+
+def exact_chi(restitution: float) -> float:
+    """Damping factor chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off.
+
+    Notes
+    -----
+    The root chi > 0 of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] lies between (1 - e)/e, the least difference of both
+    sides, and 1/e, the end of the logarithm.
+    """
+    e = restitution
+    if e == 1.0:
+        return 0.0
+    if e >= SERIES_FROM:
+        return _newton(lambda chi: _series(chi, e), 1.5 * (1.0 - e) / (1.0 - e + e * e))
+
+    def difference(u: float) -> float:  # u = -ln(1 - chi e): chi comes as near to 1/e as it likes
+        chi = -math.expm1(-u) / e
+        return math.log1p(chi) + u - chi * (1.0 + e)
+
+    return -math.expm1(-_bisect(difference, -math.log(e), (1.0 + e) / e)) / e
+
+
+def _series(chi: float, e: float) -> float:
+    """[phi(-chi e) - phi(chi)] / (chi^2 (1 + e)), whose root is sought; the factor 1 - e is not multiplied out."""
+    # Summed from (e^k - (-1)^k)/(1 + e) = -(1 - e)(1 + e^2 + ... + e^(k-2)) for even k, 1 - e + e^2 - ... + e^(k-1) for
+    # odd k.
+    total, power = 0.0, 1.0
+    even, odd = 1.0, 1.0 - e + e * e  # the sums for k = 2 and k = 3
+    high = e * e  # e^k of the next even k
+    for k in range(2, TERMS, 2):
+        total += power * (chi * odd / (k + 1.0) - (1.0 - e) * even / k)
+        power *= chi * chi
+        even += high
+        odd += -high * e + high * e * e
+        high *= e * e
+    return total
+
+
+def _newton(function: Callable[[float], float], x: float) -> float:
+    """Root of a smooth, almost straight function near x, by secants."""
+    before, value = x * (1.0 - 1e-3) - 1e-9, function(x)
+    previous = function(before)
+    for _ in range(30):
+        if value == previous or x == before:
+            break
+        step = value * (x - before) / (value - previous)
+        before, previous = x, value
+        x -= step
+        value = function(x)
+        if abs(step) <= sys.float_info.epsilon * abs(x):
+            break
+    return x
+
+
+def _bisect(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root between low (function < 0) and high, halved until neighbouring numbers are reached."""
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        if function(middle) < 0.0:
+            low = middle
+        else:
+            high = middle
+
+
+def hertz_stiffness(first: Material, second: Material, bearing_radius: float, journal_radius: float) -> float:
+    """K of N = K depth^1.5 for a ball of `journal_radius` in a hollow of `bearing_radius`, or on a plane [N/m^1.5]."""
+    # K = 4 / (3 (s1 + s2)) sqrt(R1 R2 / (R1 - R2)),  s = (1 - nu^2) / E
+    # Equation (5.6) of docs/theory/contact.md.
+    # R1 > R2 > 0 are the radii of bearing and journal [m], R1 = math.inf for a plane. Not for a close fit: the radii
+    # must differ by more than the contact is wide.
+    # Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), equation (4) with the sign of the hollow radius
+    # mended.
+    compliance = first.compliance + second.compliance
+    if bearing_radius == math.inf:
+        root = math.sqrt(checks.positive("hertz_stiffness", "journal_radius", journal_radius))
+        return 4.0 / (3.0 * compliance) * root
+    R1 = checks.positive("hertz_stiffness", "bearing_radius", bearing_radius, "m")
+    R2 = checks.positive("hertz_stiffness", "journal_radius", journal_radius, "m")
+    if R2 >= R1:
+        text = f"hertz_stiffness: journal_radius is {R2:g} m;"
+        raise InputError(f"{text} it must be smaller than the bearing's {R1:g} m.")
+    return 4.0 / (3.0 * compliance) * math.sqrt(R1 * R2 / (R1 - R2))
+
 
 SMALL_SHARE = 0.01  # share of impulses or losses in contacts slower than `least_approach`, up to which all is well
+
+
+@compiled
+def damped_contact(elastic, slope, chi, least, largest, e, h, gap, gap_rate, z, z_new):
+    """Elastic force times (1 + chi depth_rate/w), and its derivatives by gap and gap rate, of a normal law; history."""
+    # `slope` : derivative of the elastic force by the gap; nothing acts while the gap is open.
+    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
+    if gap >= 0.0:
+        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
+        return 0.0, 0.0, 0.0
+    N, dN_dgap, dN_drate, tension, excess = damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate)
+    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
+    return N, dN_dgap, dN_drate
 
 
 @compiled
 def damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate):
     """Elastic force times (1 + chi depth_rate/w), its derivatives by gap and gap rate, the tension cut off, the excess.
 
-    slope : derivative of the elastic force by the gap; by_gap, by_rate : derivatives of the reference speed w, `speed`.
+    by_gap, by_rate : derivatives of the reference speed w, `speed`.
     The excess is the damping force beyond that of a free impact, whose depth_rate/w is between -e and 1.  A contact at
     rest (w = 0) is not damped.
     """
@@ -144,14 +274,11 @@ MISS = 0.05  # fraction of the coefficient of restitution asked for by which a l
 def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
     """N = K depth^n (1 + chi depth_rate / w), never pulling."""
     K, n, chi, least, largest, e = p
-    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
-    if gap >= 0.0:
-        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
-        return 0.0, 0.0, 0.0
-    elastic = K * (-gap) ** n
-    N, dN_dgap, dN_drate, tension, excess = damped(elastic, n * elastic / gap, chi, e, gap_rate, speed, by_gap, by_rate)
-    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
-    return N, dN_dgap, dN_drate
+    elastic, slope = 0.0, 0.0
+    if gap < 0.0:
+        elastic = K * (-gap) ** n
+        slope = n * elastic / gap
+    return damped_contact(elastic, slope, chi, least, largest, e, h, gap, gap_rate, z, z_new)
 
 
 @variant
@@ -283,5 +410,172 @@ class Hertz(HysteresisLaw):
 
     @staticmethod
     def chi(restitution: float) -> float:
-        """Damping factor 0 for any `restitution`."""
         return 0.0
+
+
+@variant
+class ExactRestitution(HysteresisLaw):
+    """Hysteresis damping whose free impacts return exactly e: chi (1 + e) = ln[(1 + chi)/(1 - chi e)], chi > 0.
+
+    Notes
+    -----
+    For every K, n, mass and speed of a free impact between two bodies.  Further forces during the impact change the
+    coefficient of restitution.
+    Source: the integral of K. H. Hunt, F. R. E. Crossley, Journal of Applied Mechanics 42 (1975) 440-445, solved
+    without their expansion; the same root is given by A. S. Carvalho, J. M. Martins, Mechanism and Machine Theory 139
+    (2019) 174-194.
+
+    Examples
+    --------
+    >>> law = ExactRestitution(stiffness=1e9, restitution=0.5)
+    >>> f"{law.delivered_restitution():.12f}"
+    '0.500000000000'
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return exact_chi(restitution)
+
+
+@variant
+class HuntCrossley(HysteresisLaw):
+    """Hysteresis damping, chi = 3 (1 - e)/2.
+
+    Notes
+    -----
+    For e near 1: free impacts return e within 5 % from e = 0.79 on, and more than e everywhere.
+    Source: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, Journal
+    of Applied Mechanics 42 (1975) 440-445, whose lambda = 3 alpha K/2 with e = 1 - alpha v is this chi.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 1.5 * (1.0 - restitution)
+
+
+@variant
+class HerbertMcWhannell(HysteresisLaw):
+    """Hysteresis damping, chi = 6 (1 - e)/[(2 e - 1)^2 + 3].
+
+    Notes
+    -----
+    Free impacts return e within 5 % from e = 0.66 on, and more than e everywhere.
+    Source: R. G. Herbert, D. C. McWhannell, Shape and frequency composition of pulses from an impact pair, Journal of
+    Engineering for Industry 99 (1977) 513-518.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
+
+
+@variant
+class LeeWang(HysteresisLaw):
+    """Hysteresis damping, chi = 3 (1 - e)/4.
+
+    Notes
+    -----
+    Half the damping of Hunt and Crossley: free impacts return more than e also near e = 1; within 5 % from e = 0.92 on.
+    Source: T. W. Lee, A. C. Wang, On the dynamics of intermittent-motion mechanisms, part 1, Journal of Mechanisms,
+    Transmissions, and Automation in Design 105 (1983) 534-540.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 0.75 * (1.0 - restitution)
+
+
+@variant
+class LankaraniNikravesh(HysteresisLaw):
+    """Hysteresis damping, chi = 3 (1 - e^2)/4.
+
+    Notes
+    -----
+    For e near 1: free impacts return e within 5 % from e = 0.82 on, and far more than e at low e.
+    Source: H. M. Lankarani, P. E. Nikravesh, A contact force model with hysteresis damping for impact analysis of
+    multibody systems, Journal of Mechanical Design 112 (1990) 369-376.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 0.75 * (1.0 - restitution * restitution)
+
+
+@variant
+class Gonthier(HysteresisLaw):
+    """Hysteresis damping, chi = (1 - e^2)/e.
+
+    Notes
+    -----
+    For any e above 0: free impacts return e within 0.032, and exactly to first order near e = 0.
+    Source: Y. Gonthier, J. McPhee, C. Lange, J.-C. Piedboeuf, A regularized contact model with asymmetric damping and
+    dwell-time dependent friction, Multibody System Dynamics 11 (2004) 209-233.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return (1.0 - restitution * restitution) / restitution
+
+
+@variant
+class ZhiyingQishao(HysteresisLaw):
+    """Hysteresis damping, chi = 3 (1 - e^2)/4 exp[2 (1 - e)].
+
+    Notes
+    -----
+    For middle and high e: free impacts return e within 5 % from e = 0.34 on.
+    Source: Q. Zhiying, L. Qishao, Analysis of impact process based on restitution coefficient, Journal of Dynamics
+    and Control 4 (2006) 294-298.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
+
+
+@variant
+class Flores(HysteresisLaw):
+    """Hysteresis damping, chi = 8 (1 - e)/(5 e).
+
+    Notes
+    -----
+    For any e above 0: free impacts return somewhat less than e, within 5 % from e = 0.54 on.
+    Source: P. Flores, M. Machado, M. T. Silva, J. M. Martins, On the continuous contact force models for soft
+    materials in multibody dynamics, Multibody System Dynamics 25 (2011) 357-375.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 8.0 * (1.0 - restitution) / (5.0 * restitution)
+
+
+@variant
+class HuGuo(HysteresisLaw):
+    """Hysteresis damping, chi = 3 (1 - e)/(2 e).
+
+    Notes
+    -----
+    For any e above 0: free impacts return e within 5 % from e = 0.41 on.
+    Source: S. Hu, X. Guo, A dissipative contact force model for impact analysis in multibody dynamics, Multibody
+    System Dynamics 35 (2015) 131-151.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 1.5 * (1.0 - restitution) / restitution
+
+
+@variant
+class CarvalhoMartins(HysteresisLaw):
+    """Hysteresis damping, chi = (3/2) (1 - e) (11 - e)/(1 + 9 e).
+
+    Notes
+    -----
+    A fit of the exact factor: free impacts return e within 5 % from e = 0.21 on.
+    Source: A. S. Carvalho, J. M. Martins, Exact restitution and generalizations for the Hunt-Crossley contact model,
+    Mechanism and Machine Theory 139 (2019) 174-194.
+    """
+
+    @staticmethod
+    def chi(restitution: float) -> float:
+        return 1.5 * (1.0 - restitution) * (11.0 - restitution) / (1.0 + 9.0 * restitution)

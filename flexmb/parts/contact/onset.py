@@ -3,7 +3,6 @@
 from flexmb.kernels import compiled
 
 
-# Zero of the gap within a step: the onset of a contact, and with signs turned its end
 @compiled
 def crossing(h, gap0, rate0, gap1, rate1):
     """Fraction s of a step at which the cubic of gap0 > 0 >= gap1 and rates falls through zero, to round-off."""
@@ -33,8 +32,6 @@ def cubic(s, h, gap0, rate0, gap1, rate1):
     c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
     return gap0 + s * (d0 + s * (c2 + s * c3)), d0 + s * (2.0 * c2 + 3.0 * s * c3)
 
-
-# Reference speed of contact laws: the approach speed at the onset, which is located inside a step
 
 # Places at the beginning of a law's history: reference speed (0: open), gap and gap rate at the last accepted state;
 # with `reference_speed` also the approach speed.

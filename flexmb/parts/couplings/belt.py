@@ -25,8 +25,6 @@ from flexmb.model.part import GROUND, WatchedMotion
 from flexmb.model.shape import BeltShape, Shapes
 from flexmb.parts.couplings.wheels import Wheels, strand_pull
 
-# Friction of a belt on its wheels: Eytelwein's limit, approached smoothly with the speed of slip
-
 SIGNALS = (  # signals with their units, in the order of their numbers
     ("force", "N"), ("first_torque", "N m"), ("second_torque", "N m"), ("power", "W"), ("slip", "m/s"),
     ("tight_tension", "N"), ("slack_tension", "N"), ("tension_ratio", "1"),
@@ -221,13 +219,11 @@ class Belt(Wheels):
             yield found("unreal-motion", (self.name,), text, "Hold the axes by joints, or by an arm.", **numbers)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The belt, and circles of its middle line on both wheels."""
         first, second = self._mounts(mechanism)
         belt = BeltShape(self.name, first.place, second.place, self.radii, self.crossed)
         return (*self._circles(mechanism, self.radii), belt)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two or three angles; with friction an element between both wheels."""
         r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
         if self.coefficient is None or self.pretension is None or self.creep is None:
             return [self._rolling(mechanism, (r1, r2), (strand_pull, (r1 + r2, self.pretension or 0.0)))]

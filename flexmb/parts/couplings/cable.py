@@ -8,11 +8,10 @@ from dataclasses import KW_ONLY
 
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
-from flexmb.fields import Rule, field, point, positive, record, vector
+from flexmb.fields import Rule, field, positive, record, vector
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, constraint_kernel
 from flexmb.model.contributions import (
-    Attachment,
     ConstraintContribution,
     ContactContribution,
     Contribution,
@@ -21,10 +20,10 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Part, WatchedMotion, refuse_one_body
+from flexmb.model.part import PointToPoint, WatchedMotion, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import dot
+from flexmb.parts.joints.contact_point import arms_of, dot
 from flexmb.parts.joints.stop import NO_CLEARANCE, own_stiffness, strand, strand_gap_kernel, strand_length
 
 FIRST_ANGLE, SECOND_ANGLE = 2, 5  # places of the angles of two nodes among their coordinates
@@ -36,10 +35,7 @@ def line_between(s1x, s1y, s2x, s2y, q):
     # With d = x2 + R2 s2 - x1 - R1 s1 these are along = e . dd/dq, that of the length, and across = n . dd/dq with n =
     # (-ey, ex), that of the angle times the length. Second derivatives of the length are across across^T/length, of the
     # angle -(along across^T + across along^T)/length^2; besides, by (2, 2) and (5, 5), -across and along/length.
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    dx, dy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, dx, dy = arms_of(s1x, s1y, s2x, s2y, q)
     size = math.sqrt(dx * dx + dy * dy)
     ex, ey = dx / size, dy / size
     along = (-ex, -ey, ex * ay - ey * ax, ex, ey, ey * bx - ex * by)
@@ -71,7 +67,7 @@ def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 @record
-class Distance(Part):
+class Distance(PointToPoint):
     """Massless rigid rod with a pin at each end: two points of two bodies keep their distance.
 
     Signals: force (tension of the rod; negative: pressure) [N].
@@ -82,43 +78,28 @@ class Distance(Part):
     ModelError : a rod from a body to itself.
     """
 
-    formerly = (("start", "at", "0.3"), ("end", "to", "0.3"))
-    first: Part = field("first body; `GROUND` is the frame")
-    second: Part = field("second body")
-    at: tuple[float, float] = field("point of the first body", "m", point)
-    to: tuple[float, float] = field("point of the second body", "m", point)
-
     def __post_init__(self) -> None:
         super().__post_init__()
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a rod needs a length. Use Revolute(...).")
         refuse_one_body(self)
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Both points on the bodies of `mechanism`."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
-
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The rod."""
         first, second = self.ends(mechanism)
         return (LineShape(self.name, ROD, first.place, second.place),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation."""
         first, second = self.ends(mechanism)
         p = (*first.offset, *second.offset, planar.distance(self.at, self.to))
         coordinates, tension = (*first.coordinates, *second.coordinates), Reaction("force", "N", 0, -1.0)
         return [ConstraintContribution(self.name, distance_kernel, coordinates, p, 1, reactions=(tension,))]
 
 
-# Cable: two points that cannot move further apart than its length; drums wind it up
-
 LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
 
 
 @record
-class Cable(Part):
+class Cable(PointToPoint):
     """Cable, rope or chain without mass between two points or drums: slack it does nothing, taut it pulls.
 
     A contact whose gap is the slack and whose penetration is the elongation.  A drum winds R theta of the cable up, and
@@ -148,11 +129,7 @@ class Cable(Part):
     and the strand may turn by less than half a turn from the direction in which it is drawn.
     """
 
-    formerly = (("length", "free_length", "0.3"), ("start", "at", "0.3"), ("end", "to", "0.3"))
-    first: Part = field("first body; `GROUND` is the frame")
-    second: Part = field("second body")
-    at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
-    to: tuple[float, float] = field("the same of the second body", "m", point)
+    formerly = (("length", "free_length", "0.3"),)
     _: KW_ONLY
     free_length: float | None = field("length without tension; None: of the points", "m", positive, default=None)
     normal: NormalLaw = field("tension over elongation", rule=Rule(own_stiffness))
@@ -175,13 +152,7 @@ class Cable(Part):
         ux, uy, size, _ = strand(sum(self.radii), self.to[0] - self.at[0], self.to[1] - self.at[1])
         return ux, uy, size
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Both points of the cable on the bodies of `mechanism`."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
-
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """A thin line between the points."""
         ends = self.ends(mechanism)
         drums = (CircleShape(self.name, e.place, abs(r)) for e, r in zip(ends, self.radii, strict=True) if r)
         return (LineShape(self.name, CABLE, ends[0].place, ends[1].place), *drums)
@@ -195,7 +166,6 @@ class Cable(Part):
             yield found("unreal-motion", (self.name,), text, remedy, time=when, stretch=stretch, length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact and the distance of the points."""
         first, second = self.ends(mechanism)
         coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
         ux, uy, size = self._drawn()

@@ -62,7 +62,6 @@ class SameRotation(Part):
         refuse_one_body(self, "couples {} with")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two angles."""
         factors, angles = {}, {}
         for part, factor in ((self.first, -1.0), (self.second, 1.0)):
             coordinate, angle = angle_of(mechanism, part.name, self.label)
@@ -193,7 +192,6 @@ class Coupling(Part):
         return [(joint_with_coordinate(mechanism, self.label, name), factor) for name, factor in self.factors]
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation, and the speed of each joint."""
         joints = self._joints(mechanism)
         places: dict[Coordinate, int] = {}
         numbers: list[float] = [float(len(joints)), self.value]

@@ -129,7 +129,6 @@ class OneWayClutch(Joint):
         return min(J / self.damping if self.damping > 0.0 else math.inf, math.sqrt(J / self.stiffness))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """The two constraint equations of the pin, with the torque of the clutch."""
         law = WindUp(self.stiffness, self.damping, 1.0 if self.free == COUNTER_CLOCKWISE else -1.0)
         clutch = JointFriction(clutch_rotation, (), law, ("torque", "N m"))
         return [replace(coincidence_piece(self.name, self.ends(mechanism)), joint_friction=clutch)]

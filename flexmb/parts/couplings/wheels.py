@@ -1,4 +1,4 @@
-"""Wheels that turn one another: base of gears and belts, and kernels on the line of their centres.
+"""Wheels that turn one another: base of gears and belts, gear pair, rack and pinion.
 
 With the length D and direction phi of the line from the first centre to the second, and R = r1 + r2 (r2 < 0: a ring
 with inner teeth, or an open belt):
@@ -11,26 +11,37 @@ Teeth and strands push or pull along the line as well, by |F| w(D) in either dir
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
-from flexmb.fields import field, record
+from flexmb.fields import between, count, directed, either, field, point, positive, record, two
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
-from flexmb.model.contributions import Attachment, ConstraintContribution, Coordinate, JointFriction, Reaction
-from flexmb.model.law import FrictionLaw
+from flexmb.model.contributions import (
+    Attachment,
+    ConstraintContribution,
+    ContactContribution,
+    Contribution,
+    Coordinate,
+    JointFriction,
+    Reaction,
+    node_coordinates,
+)
+from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 from flexmb.model.shape import CircleShape, Shapes
+from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
 from flexmb.parts.couplings.coupling import angle_of, angles_contribution
 from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.prismatic import direction_row
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
-
-# Contact of involute teeth with backlash: one flank of a gear pair along its line of action
 
 STEEPEST = 1.0 - 1e-9  # largest cosine of the operating pressure angle: closer axes count as this far apart
 
@@ -56,15 +67,7 @@ def tooth_gap_kernel(p, q, v, out):
     put_point(out, q, v, gap, nx, ny, q[0] + share * dx, q[1] + share * dy)
     wx, wy = 0.0, 0.0
     for j in range(6):
-        gx, gy = 0.0, 0.0
-        if j == 0:
-            gx = -1.0
-        elif j == 1:
-            gy = -1.0
-        elif j == 3:
-            gx = 1.0
-        elif j == 4:
-            gy = 1.0
+        gx, gy = (-1.0, 0.0, 0.0, 1.0, 0.0, 0.0)[j], (0.0, -1.0, 0.0, 0.0, 1.0, 0.0)[j]
         turn, bend = (ex * gy - ey * gx) / D, (ex * gx + ey * gy) * cos_a / (D * sin_a)
         along, across = cos_a * bend - side * cos_a * turn, sin_a * turn - side * sin_a * bend
         nqx, nqy = -sign * (along * ex - across * ey), -sign * (along * ey + across * ex)
@@ -178,6 +181,7 @@ class Push(FrictionLaw):
 
 Point = tuple[float, float]
 FITS = 1e-3  # difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits
+PAIR = two(either(type(None), point), "points", "two points, one of them or None")
 COAXIAL = 1e-9  # distance of two centres over their radii, below which they are one: a gearbox with shafts in line
 
 
@@ -198,19 +202,13 @@ class Wheels(Part):
     second: Part = field("second wheel")
     _: KW_ONLY
     arm: Part = field("body that carries the axes; `GROUND` for fixed axes", default=GROUND)
-    centres: Any = field("centres of both wheels in the reference configuration, see `Wheels`", "m", default=None)
+    centres: Any = field("centres of both wheels in the reference configuration, see `Wheels`", "m", PAIR, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         names = (self.first.name, self.second.name)
         if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
             raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
-        if self.centres is not None:
-            given = checks.sequence(self.label, "centres", self.centres, "two points")
-            if len(given) != 2:
-                raise InputError(f"{self.label}: centres is {self.centres!r}; give two points, one of them or None.")
-            points = (None if c is None else checks.point(self.label, "centres", c) for c in given)
-            object.__setattr__(self, "centres", tuple(points))
 
     def _distances(self, mechanism: Mechanism, motion: WatchedMotion) -> np.ndarray:
         """Distances (n,) of both centres at the poses of a motion [m]."""
@@ -300,3 +298,276 @@ def _pins(mechanism: Mechanism, body: Part) -> list[Joint]:
 def _names(joint: Joint) -> tuple[str, str]:
     """Names of the bodies of a joint."""
     return joint.first.name, joint.second.name
+
+
+LARGE_PLAY = 0.2  # error of the distance of the axes in a motion, over the module, above which there is a remark
+# Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise.
+FLANKS = {"forward": 1.0, "backward": -1.0}
+
+
+@record
+class Gear(Wheels):
+    """Gear pair of two wheels, ideal or with backlash; the wheels need joints of their own.
+
+    The pitch circles roll on one another: r1 (theta1 - phi) + r2 (theta2 - phi) is constant, with the direction phi of
+    the line of centres, and - r2 for an internal pair.
+
+    Signals: force (tangential, at the pitch circles) [N]; first_torque, second_torque (on the wheels) [N m]; power (of
+    second_torque) [W].  The tooth force itself loads the bearings of both wheels.  With backlash: of both contacts,
+    forward and backward (`mesh.forward.normal_force`, ...), as of `RevoluteClearance`; the forward one carries where
+    the first wheel drives counter-clockwise.
+
+    Raises
+    ------
+    InputError : numbers of teeth that are not whole or not > 0; an internal pair of equal wheels; backlash without a
+        normal law, or more than half a tooth.
+    ModelError : a wheel that meshes with itself; a distance of the axes that is 0, or does not fit the module; backlash
+        of a wheel whose centre of mass is not on its axis.
+
+    Notes
+    -----
+    The ratio depends on the teeth alone, exactly and for any distance of the axes, which sets the force at the pitch
+    point.  An ideal pair carries on either flank: the tangential force F presses the wheels apart with |F| tan(alpha),
+    on both directions of F.  While the axes move this force does work, which is booked with friction in joints: real
+    teeth open then; give backlash.  Without an arm the line of centres may turn by less than half a turn.  Wheels drawn
+    at another distance than that of their pitch circles load their axes by F (r1 + r2)/D, so moments balance; on one
+    axis (shafts in line) they load the arm with a torque.
+
+    With backlash the teeth are rigid involutes with an elastic normal law, which stands for the stiffness of the mesh.
+    The force has the direction of the line of action.  Play and pressure angle follow the distance of the axes exactly,
+    so bearings may have clearance.  At the start the teeth stand in the middle of their play and move as an ideal pair.
+    Sliding along the flanks and a varying number of teeth in mesh are left out.
+    Source: J. J. Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., Oxford 2011, ch. 7.
+    """
+
+    _: KW_ONLY
+    teeth: tuple[int, int] = field(
+        "numbers of teeth of both wheels", rule=two(count(), "whole numbers", "two whole numbers, e.g. (20, 40)")
+    )
+    internal: bool = field("whether the wheel with more teeth is a ring with inner teeth", default=False)
+    distance: float | None = field("of the axes, for the pitch circles; None: as drawn", "m", positive, default=None)
+    module: float | None = field("pitch diameter over teeth; None: by the distance", "m", positive, default=None)
+    backlash: float | None = field(
+        "play of the teeth along the pitch circles",
+        "m",
+        positive,
+        hint="For an ideal pair leave backlash out.",
+        default=None,
+    )
+    normal: NormalLaw | None = field("law of the flanks along the line of action, with backlash", default=None)
+    pressure_angle: float = field(
+        "alpha; 0, of an ideal pair: no radial force",
+        "rad",
+        between(0.0, 0.25 * math.pi),
+        default=STANDARD_PRESSURE_ANGLE,
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.internal and self.teeth[0] == self.teeth[1]:
+            raise InputError(f"{self.label}: both wheels have {self.teeth[0]} teeth; a ring needs more than its wheel.")
+        if self.backlash is not None:
+            checks.between(self.label, "pressure_angle", self.pressure_angle, 1e-3, 0.25 * math.pi, "rad")
+        self._check_backlash()
+
+    def _check_backlash(self) -> None:
+        """Check that backlash and normal law are given together."""
+        if self.backlash is None:
+            if self.normal is not None:
+                text = f"{self.label}: normal is given without backlash;"
+                raise InputError(f"{text} give backlash=... in m, or leave it.")
+            return
+        if not isinstance(self.normal, NormalLaw):
+            text = f"{self.label}: normal is {self.normal!r};"
+            raise InputError(f"{text} a pair with backlash needs a normal law, e.g. KelvinVoigt.")
+
+    def radii(self, mechanism: Mechanism) -> tuple[float, float]:
+        """Pitch radii of both wheels in a `mechanism` [m].
+
+        Raises
+        ------
+        ModelError : a distance of the axes that is 0, unknown, or does not fit the module.
+        """
+        (z1, z2), distance = self.teeth, self._distance(mechanism)
+        sum_of_teeth = abs(z2 - z1) if self.internal else z1 + z2
+        if self.module is not None and abs(0.5 * self.module * sum_of_teeth - distance) > FITS * distance:
+            raise ModelError(
+                f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2} teeth with module "
+                f"{self.module:g} m need {0.5 * self.module * sum_of_teeth:g} m. Move an axis, or change the wheels."
+            )
+        return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
+
+    def module_of(self, mechanism: Mechanism) -> float:
+        """Module of the teeth in a `mechanism` [m]."""
+        return 2.0 * self.radii(mechanism)[0] / self.teeth[0]
+
+    def signed_radii(self, mechanism: Mechanism) -> tuple[float, float]:
+        """Pitch radii of both wheels in a `mechanism` [m], that of a ring below 0."""
+        r1, r2 = self.radii(mechanism)
+        return r1, -r2 if self.internal else r2
+
+    def _distance(self, mechanism: Mechanism) -> float:
+        if self.distance is not None:
+            return self.distance
+        apart = planar.distance(*self._axes(mechanism))
+        if apart == 0.0:
+            raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
+        return apart
+
+    def contact_size(self, mechanism: Mechanism) -> float | None:
+        """Module of teeth with backlash in `mechanism` [m]."""
+        return None if self.backlash is None else self.module_of(mechanism)
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Finding on an ideal pair whose axes leave the distance that its wheels are made for."""
+        if self.backlash is not None or self.distance is not None:
+            return
+        apart, drawn = self._distances(mechanism, motion), abs(sum(self.signed_radii(mechanism)))
+        off = np.abs(apart - drawn)
+        k = int(np.argmax(off))
+        if off[k] > LARGE_PLAY * self.module_of(mechanism):
+            text = (
+                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart; "
+                f"its teeth mesh at {drawn:.4g} m."
+            )
+            remedy = "An ideal pair holds its ratio at any distance: hold the axes, or give backlash= and normal=."
+            yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], distance=apart[k])
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        return self._circles(mechanism, self.radii(mechanism))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        r1, r2 = self.signed_radii(mechanism)
+        R = math.copysign(r1 + r2, r2) if self.internal else r1 + r2
+        base = planar.distance(*self._axes(mechanism)) * math.cos(self.pressure_angle)
+        pressure = (tooth_pressure, (R, base)) if self.pressure_angle > 0.0 else None
+        ideal = self._rolling(mechanism, (r1, r2), pressure)
+        if self.backlash is None or self.normal is None:
+            return [ideal]
+        contacts = self._contacts(mechanism, r1, r2, self.backlash, self.normal)
+        return [*contacts, replace(ideal, holds="closed")]
+
+    def _contacts(
+        self, mechanism: Mechanism, r1: float, r2: float, backlash: float, normal: NormalLaw
+    ) -> Sequence[Contribution]:
+        """Contacts of both flanks."""
+        one, two = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
+        first, second = one.node(one.main), two.node(two.main)
+        apart, wanted = planar.distance((first.x, first.y), (second.x, second.y)), abs(r1 + r2)
+        if GROUND.name in (self.first.name, self.second.name) or abs(apart - wanted) > FITS * wanted:
+            raise ModelError(
+                f"{self.label}: with backlash both wheels must be bodies whose centres of mass lie on their axes, "
+                f"{wanted:g} m apart; they are {apart:g} m apart. Use a heavy body on a Fixed joint for a ring at rest."
+            )
+        pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
+        if backlash >= 0.5 * pitch:
+            text = f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together;"
+            raise InputError(f"{text} it must be less than half of that.")
+        c = math.cos(self.pressure_angle)
+        direction = math.atan2(second.y - first.y, second.x - first.x)
+        offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))
+        coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
+        play = backlash, 0.5 * backlash * c, r1 * c, r2 * c
+        rest = involute(self.pressure_angle), offset, pitch * c
+        flanks = ((name, (*play, side, *rest)) for name, side in FLANKS.items())
+        laws = normal, Frictionless()
+        return [ContactContribution(self.name, tooth_gap_kernel, coordinates, p, *laws, name) for name, p in flanks]
+
+
+PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark
+
+
+@constraint_kernel
+def rack_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Travel of the pinion's centre along the rack, plus signed radius times relative angle, is constant."""
+    ux, uy, s1x, s1y, s2x, s2y, radius, value = p
+    direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    g[0] += radius * (q[5] - q[2]) - value
+    G[0, 2] -= radius
+    G[0, 5] += radius
+
+
+@record
+class Rack(Part):
+    """Ideal rack and pinion, or a wheel that rolls on a straight track without slipping; both may move.
+
+    Signals: force (on the pinion, along the rack) [N], torque (on the pinion, about its centre, against that of the
+    force) [N m]; power (of both, given to the pinion) [W].
+
+    Raises
+    ------
+    InputError : a pressure angle out of range.
+    ModelError : a pitch line through the centre of the pinion, or a pinion that is its own rack.
+
+    Notes
+    -----
+    The radius is the distance of the centre from the pitch line in the reference configuration.  A joint or guide must
+    keep that distance: the part only couples rotation and travel.  The force F along the rack acts at the pitch point
+    and presses the pinion off the rack with |F| tan(alpha), in either direction of F.
+    """
+
+    pinion: Part = field("the wheel; its centre of mass is the centre of its pitch circle")
+    rack: Part = field("the rack or track; `GROUND` for a fixed one")
+    at: tuple[float, float] = field("a point of the pitch line of the rack", "m", point)
+    along: tuple[float, float] = field("direction of the pitch line", rule=directed, default=(1.0, 0.0))
+    pressure_angle: float = field(
+        "alpha of the teeth; 0: it rolls", "rad", between(0.0, 0.25 * math.pi), default=STANDARD_PRESSURE_ANGLE
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.pinion.name in (self.rack.name, GROUND.name):
+            text = f"{self.label}: the pinion is {self.pinion.name!r};"
+            raise ModelError(f"{text} give a moving body other than the rack.")
+
+    def radius(self, mechanism: Mechanism) -> float:
+        """Radius of the pitch circle in a `mechanism` [m]; < 0 for a pinion to the right of the direction of its rack.
+
+        Raises
+        ------
+        ModelError : a pitch line through the centre of the pinion.
+        """
+        body = mechanism.body(self.pinion.name, self.label)
+        node = body.node(body.main)
+        ux, uy = self.along
+        across = (ux * (node.y - self.at[1]) - uy * (node.x - self.at[0])) / math.hypot(ux, uy)
+        if across == 0.0:
+            text = f"{self.label}: the pitch line through {self.at} passes the centre of {self.pinion.name!r}"
+            raise ModelError(f"{text}, so the pinion has no radius. Move the line to the pitch point.")
+        return across
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Finding on a pinion that leaves the pitch line."""
+        pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
+        end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
+        radius, turned = self.radius(mechanism), rack.node(end.node).theta
+        theta = motion.pose(rack.name, end.node)[:, 2]
+        dx, dy = (motion.point((pinion.name, node.name, (0.0, 0.0))) - motion.point(end.place)).T
+        angle = math.atan2(self.along[1], self.along[0]) - turned + theta
+        across = np.cos(angle) * dy - np.sin(angle) * dx
+        k = int(np.argmax(np.abs(across - radius)))
+        if abs(across[k] - radius) > PARTED * abs(radius):
+            text = (
+                f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g} m from the "
+                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m."
+            )
+            remedy, numbers = "Hold the distance by a joint or guide.", {"distance": across[k], "radius": radius}
+            yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], **numbers)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
+        end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
+        turned = rack.node(end.node).theta
+        direction = math.atan2(self.along[1], self.along[0])
+        radius = self.radius(mechanism)
+        travel = math.cos(direction) * (node.x - self.at[0]) + math.sin(direction) * (node.y - self.at[1])
+        value = travel + radius * (node.theta - turned)
+        u = math.cos(direction - turned), math.sin(direction - turned)
+        coordinates = (*end.coordinates, *((pinion.name, pinion.main, axis) for axis in (0, 1, 2)))
+        power = Reaction("power", "W", on=(3, 4, 5), power=True)
+        reactions = (Reaction("force", "N", 0, 1.0), Reaction("torque", "N m", 0, radius), power)
+        p = (*u, *end.offset, 0.0, 0.0, radius, value)
+        off = math.copysign(math.tan(self.pressure_angle), radius)
+        push = JointFriction(rack_pressure, (-u[1], u[0], *p[2:6], off), Push(), ("", ""))
+        piece = ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)
+        return [replace(piece, joint_friction=push) if off else piece]

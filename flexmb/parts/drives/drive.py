@@ -79,7 +79,6 @@ class Drive(Part):
         return self.findings_before(mechanism)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation."""
         measure = self._measure(mechanism)
         motion = RowMotion(measure.rows - 1, self.motion, units=measure.drive_units)
         return [replace(measure, part=self.name, motions=(motion,))]

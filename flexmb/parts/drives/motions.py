@@ -1,14 +1,19 @@
-"""Motions by formulas: constant speed, ramps, sines, polynomials; each a `Motion` of `model/law.py`."""
+"""Motions by formulas and by points in time; each is a `Motion` of `model/law.py`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicSpline
 
 from flexmb.errors import InputError
-from flexmb.fields import field, number, positive, record, several, variant
+from flexmb.fields import field, number, positive, record, several, two, variant
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import drive_kernel
-from flexmb.model.law import CHORDS_OF_A_SINE, Motion
+from flexmb.model.law import CHORD, CHORDS_OF_A_SINE, Motion, swing_of
 
 
 @drive_kernel
@@ -29,11 +34,9 @@ class ConstantSpeed(Motion):
 
     @property
     def period(self) -> float | None:
-        """Time of one turn [s]."""
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 
-# Sinusoidal motion
 @drive_kernel
 def harmonic_kernel(p, t):
     """s = m + A sin(w t + phi)."""
@@ -74,7 +77,6 @@ class Harmonic(Motion):
 
     @property
     def period(self) -> float | None:
-        """One cycle [s]."""
         return 1.0 / self.frequency
 
     def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times
@@ -82,7 +84,6 @@ class Harmonic(Motion):
         return 1.0 / (CHORDS_OF_A_SINE * self.frequency) if self.amplitude else math.inf
 
 
-# Motion given by a polynomial in time
 @drive_kernel
 def polynomial_kernel(p, t):
     """s = p0 + p1 t + p2 t^2 + ... by Horner's rule."""
@@ -114,7 +115,6 @@ class Polynomial(Motion):
             raise InputError("Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28).")
 
     def parameters(self) -> tuple[float, ...]:
-        """The coefficients."""
         return tuple(self.coefficients)
 
 
@@ -161,7 +161,6 @@ class SpinUp(Motion):
 
     @property
     def period(self) -> float | None:
-        """Time of one turn at full speed [s]."""
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 
@@ -188,3 +187,242 @@ class CycloidalRamp(SpinUp):
     """
 
     kernel = cycloidal_ramp_kernel
+
+
+MOST_OVERSHOOT = 0.1  # overshoot of a spline between two points, over the range of its values, above which it is told
+
+
+@record
+class Points(Motion):
+    """Base of motions and histories through points in time."""
+
+    times: Sequence[float] = field("increasing instants, at least 2, of a `Table` 4", "s", several(number, "numbers"))
+    values: Sequence[float] = field("the factor at these instants", rule=several(number, "numbers"))
+
+    fewest = 2  # number of points at least
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        owner, count = type(self).__name__, len(self.times)
+        if count < self.fewest or count != len(self.values):
+            text = f"{owner}: {count} times and {len(self.values)} values;"
+            raise InputError(f"{text} give at least {self.fewest} of each, equally many.")
+        if any(b <= a for a, b in pairwise(self.times)):
+            raise InputError(f"{owner}: times do not increase; sort them and remove duplicates.")
+
+
+@drive_kernel
+def piecewise_linear_kernel(p, t):
+    """Linear between points, constant outside; p = (t_0 .. t_n-1, s_0 .. s_n-1)."""
+    n = p.shape[0] // 2
+    low, high = 0, n - 1
+    if t < p[low]:
+        return p[n + low], 0.0, 0.0
+    if t >= p[high]:
+        return p[n + high], 0.0, 0.0
+    while high - low > 1:
+        middle = (low + high) // 2
+        if p[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    rate = (p[n + high] - p[n + low]) / (p[high] - p[low])
+    return p[n + low] + rate * (t - p[low]), rate, 0.0
+
+
+@record
+class PiecewiseLinear(Points):
+    """Straight lines between points, before the first and after the last one constant.
+
+    Raises
+    ------
+    InputError : too few points, times that do not increase, values that are not finite.
+
+    Notes
+    -----
+    The rate jumps at the points, so the motion can be the history of a load but cannot drive a joint, which would need
+    an infinite force; `Table` is smooth.  A run ends a step at each point.
+
+    Examples
+    --------
+    A triangle of 1 s:
+
+    >>> PiecewiseLinear((0.0, 0.5, 1.0), (0.0, 1.0, 0.0)).breaks(10.0)
+    (0.5, 1.0)
+    """
+
+    kernel = piecewise_linear_kernel
+    is_smooth = swings = False
+
+    def parameters(self) -> tuple[float, ...]:
+        return *self.times, *self.values
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:
+        return tuple(t for t in self.times if 0.0 < t <= t_end)
+
+
+@drive_kernel
+def pulse_kernel(p, t):
+    """s = value for start <= t < end."""
+    value, start, end = p
+    return (value if start <= t < end else 0.0), 0.0, 0.0
+
+
+@record
+class Pulse(Motion):
+    """s = value for start <= t < end, else 0: a load that is switched on and off.
+
+    Raises
+    ------
+    InputError : an end that does not lie after the start.
+
+    Notes
+    -----
+    The value jumps, so a pulse can be the history of a load but cannot drive a joint.  A run ends a step at each jump
+    and starts anew there, so the method keeps its order.
+
+    Examples
+    --------
+    >>> Pulse(2.0, start=1.0, end=3.0).breaks(10.0)
+    (1.0, 3.0)
+    """
+
+    value: float = field("the factor from start to end", default=1.0)
+    start: float = field("first instant; 0: from the beginning", "s", default=0.0)
+    end: float | None = field("end of the pulse, > start; None: no end", "s", default=None)
+
+    kernel = pulse_kernel
+    is_smooth = swings = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.end is not None and self.end <= self.start:
+            raise InputError(f"Pulse: end is {self.end:g} s; it must be > start = {self.start:g} s.")
+
+    def parameters(self) -> tuple[float, ...]:
+        """Value, start, end (infinity: no end)."""
+        return self.value, self.start, math.inf if self.end is None else self.end
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:
+        return tuple(t for t in self.parameters()[1:] if 0.0 < t <= t_end)
+
+
+COUNT, PERIODIC, TIMES = range(3)
+# Places at the beginning of p, see `table_kernel`, and of the coefficients of a piece.
+CUBIC, SQUARE, LINEAR, CONSTANT = range(4)
+
+
+@drive_kernel
+def table_kernel(p, t):
+    """Piecewise cubic; p = (n, periodic, t_0 .. t_n-1, c3 c2 c1 c0 of each of n - 1 pieces, growth over the table)."""
+    n = int(p[COUNT])
+    low, high = 0, n - 1
+    contributions = TIMES + n
+    growth = contributions + 4 * high
+    first, last = p[TIMES], p[TIMES + high]
+    rest = 0.0
+    if p[PERIODIC] > 0.0:
+        turns = np.floor((t - first) / (last - first))
+        t -= turns * (last - first)
+        rest = turns * p[growth]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if p[TIMES + middle] <= t:
+            low = middle
+        else:
+            high = middle
+    k = contributions + 4 * low
+    x = min(max(t, first), last) - p[TIMES + low]
+    beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
+    c3, c2, c1, c0 = p[k + CUBIC], p[k + SQUARE], p[k + LINEAR], p[k + CONSTANT]
+    v = (3.0 * c3 * x + 2.0 * c2) * x + c1
+    a = 6.0 * c3 * x + 2.0 * c2 if beyond == 0.0 else 0.0
+    return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a
+
+
+@record
+class Table(Points):
+    """Cubic spline through points, continuous in acceleration.
+
+    Raises
+    ------
+    InputError : too few points, times that do not increase, values or slopes that are not finite, slopes of a
+        repeated table.
+
+    Notes
+    -----
+    With slopes it is a clamped spline; (0, 0) begins and ends at rest.  Without, the third derivative does not jump at
+    the second point and the last but one (not-a-knot spline).  A repeated motion may grow by values[-1] - values[0] a
+    period.  Outside a table that is not repeated the motion goes on at the speed of its end; the acceleration jumps
+    there, so a run ends a step at that instant.  Inside, the acceleration has kinks at the points; methods of second
+    order keep their order there.
+    """
+
+    values: Sequence[float] = field("the motion at these instants", "rad or m", several(number, "numbers"))
+    periodic: bool = field("whether the table is repeated", default=False)
+    slopes: tuple[float, float] | None = field(
+        "speeds at both ends", "rad/s or m/s", two(number, "numbers", "two speeds, e.g. (0.0, 0.0)"), default=None
+    )
+
+    kernel = table_kernel
+    fewest = 4
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.slopes is not None and self.periodic:
+            raise InputError("Table: slopes are given, but a table that is repeated has no ends. Leave slopes out.")
+
+    def parameters(self) -> tuple[float, ...]:
+        """Number of points, periodicity, times, coefficients, growth over the table."""
+        t, s = np.array(self.times), np.array(self.values)
+        growth = float(s[-1] - s[0])
+        if self.periodic:
+            slope = growth / (t[-1] - t[0])
+            straight = s[0] + slope * (t - t[0])
+            wave = s - straight
+            wave[-1] = wave[0]
+            c = CubicSpline(t, wave, bc_type="periodic").c.copy()
+            c[2] += slope
+            c[3] += straight[:-1]
+        else:
+            ends = "not-a-knot" if self.slopes is None else tuple((1, slope) for slope in self.slopes)
+            c = CubicSpline(t, s, bc_type=ends).c
+        return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
+
+    def findings(self, part: str) -> Iterator[Finding]:
+        """Finding on a spline that leaves the range of two neighbouring points by much."""
+        times, values, p = self.times, np.array(self.values), np.array(self.parameters(), dtype=float)
+        whole, worst, at = float(np.ptp(values)), 0.0, 0
+        for k, ends in enumerate(pairwise(times)):
+            between = [self.kernel(p, float(t))[0] for t in np.linspace(*ends, 12)[1:-1]]
+            low, high = sorted((values[k], values[k + 1]))
+            beyond = max(max(between) - high, low - min(between))
+            if beyond > worst:
+                worst, at = float(beyond), k
+        if whole > 0.0 and worst > MOST_OVERSHOOT * whole:
+            text = (
+                f"The table of {part!r} overshoots its points by {worst:.4g} between t = {times[at]:.6g} and "
+                f"{times[at + 1]:.6g} s, where they differ by {abs(values[at + 1] - values[at]):.4g}."
+            )
+            remedy = "Give points of nearly even distance, or use PiecewiseLinear for loads and CycloidalRamp for "
+            remedy += "drives."
+            yield found("overshooting-table", (part,), text, remedy, time=times[at], overshoot=worst)
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:
+        """Begin and end of a table that is not repeated; the end lies just after its last instant."""
+        ends = (self.times[0], self.times[-1] + 4.0 * float(np.spacing(abs(self.times[-1]))))
+        return () if self.periodic else tuple(t for t in ends if 0.0 < t <= t_end)
+
+    @property
+    def period(self) -> float | None:
+        return self.times[-1] - self.times[0] if self.periodic else None
+
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times
+        """Least distance of the points that are left when as many are left out as the swing allows."""
+        times, values, stride = np.array(self.times), np.array(self.values), len(self.times) - 1
+        while True:
+            kept = np.union1d(np.arange(0, len(times), stride), len(times) - 1)
+            missed = np.abs(np.interp(times, times[kept], values[kept]) - values).max()
+            if stride == 1 or missed <= CHORD * swing_of(times, values):
+                return float(np.diff(times[kept]).max() if len(kept) < 3 else np.diff(times[kept[:-1]]).min())
+            stride = (stride + 1) // 2

@@ -15,7 +15,7 @@ from flexmb.model.contributions import (
     Attachment,
     ConstraintContribution,
     Contribution,
-    ElementContribution,
+    ElementKernels,
     signal_contributions,
 )
 from flexmb.model.mechanism import Mechanism
@@ -102,6 +102,9 @@ def bushing_energy(p, t, q, v):
     return energies(p, q, v)
 
 
+BUSHING = ElementKernels(bushing_kernel, bushing_energy, bushing_force, None, bushing_account)
+
+
 @signal_kernel
 def bushing_signal(p, t, q, v, a):
     """`CHOSEN`: place in `SIGNALS`; forces act on the second body."""
@@ -175,7 +178,6 @@ class Bushing(Joint):
             raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element, the signals, and the coincidence of the points at the start."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
@@ -187,15 +189,7 @@ class Bushing(Joint):
         numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
         p = packed(numbers)
         signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
-        element = ElementContribution(
-            self.name,
-            bushing_kernel,
-            coordinates,
-            p,
-            energy=bushing_energy,
-            force=bushing_force,
-            account=bushing_account,
-        )
+        element = BUSHING.contribution(self.name, coordinates, p)
         return [element, *signals, self._held(ends, p)]
 
     def _held(self, ends: tuple[Attachment, Attachment], p: tuple[float, ...]) -> ConstraintContribution:

@@ -37,6 +37,15 @@ from flexmb.places import (
 )
 
 
+@compiled
+def arms_of(s1x, s1y, s2x, s2y, q):
+    """Vectors from the nodes to the points, and from the first point to the second."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+
+
 # Output of gap kernels: gap, slip and geometry of the contact point (see `flexmb.kernels.GAP_SIZE`)
 @compiled
 def put_point(out, q, v, gap, nx, ny, X, Y):
@@ -70,6 +79,17 @@ def put_column(out, j, nqx, nqy, Xq, Yq):
 
 
 @compiled
+def put_side_columns(out, nx, ny, bx, by):
+    """Columns of a point of the second body, with the arm (bx, by), at a straight side of the first."""
+    for j in range(6):
+        put_column(out, j, 0.0, 0.0, 0.0, 0.0)
+    put_column(out, 2, -ny, nx, 0.0, 0.0)
+    put_column(out, 3, 0.0, 0.0, 1.0, 0.0)
+    put_column(out, 4, 0.0, 0.0, 0.0, 1.0)
+    put_column(out, 5, 0.0, 0.0, -by, bx)
+
+
+@compiled
 def difference_column(j, ax, ay, bx, by):
     """Derivatives by coordinate j of a vector between points with arms (ax, ay), (bx, by), and of its first point."""
     if j == 0:
@@ -100,6 +120,14 @@ def direction(mx, my, s1x, s1y, s2x, s2y, q):
 
 
 @compiled
+def put_turn(row, angle, q, g, G):
+    """Equation theta2 - theta1 - angle = 0 of a constraint kernel."""
+    g[row] = q[5] - q[2] - angle
+    G[row, 2] = -1.0
+    G[row, 5] = 1.0
+
+
+@compiled
 def add_curvature(k, nx, ny, far, near, H):
     """H += k d2d/dq2."""
     H[2, 2] -= k * far
@@ -125,7 +153,6 @@ def dot(x, y):
     return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
 
 
-# Joint friction: normal load from the multipliers, and direction of sliding
 @joint_friction_kernel
 def journal_friction(p, q, lam, out, H):
     """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""

@@ -15,14 +15,22 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import add_curvature, direction, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.contact_point import (
+    add_curvature,
+    arms_of,
+    difference_column,
+    direction,
+    put_column,
+    put_eccentricity,
+    put_point,
+)
 from flexmb.parts.joints.prismatic import direction_row, travel_contributions
-from flexmb.parts.joints.revolute_clearance import rubbing
+from flexmb.parts.joints.revolute import rubbing
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 if TYPE_CHECKING:
-    from flexmb.parts.wear.laws import Wear
     from flexmb.parts.wear.worn_guide import WornSlot
+    from flexmb.parts.wear.worn_joint import Wear
 
 
 @constraint_kernel
@@ -51,10 +59,9 @@ def slot_gap_kernel(p, q, v, out):
     """Round pin in a slot with round ends: e from the nearest point of the middle line, gap = c - |e|, n = e/|e|."""
     # The contact point lies half the depth beyond the pin's surface, so both bodies are pushed at one point.
     c, reach, radius, mx, my, s1x, s1y, s2x, s2y = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    ax, ay, bx, by, ex, ey = arms_of(s1x, s1y, s2x, s2y, q)
+    c1, d1 = math.cos(q[2]), math.sin(q[2])
     ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
-    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
     along, across = ux * ex + uy * ey, ux * ey - uy * ex
     side = abs(along) <= reach
     if side:
@@ -74,21 +81,8 @@ def slot_gap_kernel(p, q, v, out):
     wx, wy = (size * nx, size * ny) if side else (ex, ey)
     put_eccentricity(out, wx, wy, vx, vy)
     for j in range(6):
-        # column j of the pin's centre, and of its way from the middle of the slot, or of the round end
-        gx, gy, Xq, Yq = 0.0, 0.0, 0.0, 0.0
-        if j == 0:
-            gx = -1.0
-        elif j == 1:
-            gy = -1.0
-        elif j == 2:
-            gx, gy = ay, -ax
-        elif j == 3:
-            gx, Xq = 1.0, 1.0
-        elif j == 4:
-            gy, Yq = 1.0, 1.0
-        else:
-            gx, gy = -by, bx
-            Xq, Yq = gx, gy
+        gx, gy, _, _ = difference_column(j, ax, ay, bx, by)  # of the pin's centre from the middle, or the round end
+        Xq, Yq = (gx, gy) if j > 2 else (0.0, 0.0)
         if side:
             nqx, nqy = (-ny, nx) if j == 2 else (0.0, 0.0)
             grows = nx * gx + ny * gy
@@ -120,13 +114,11 @@ class PinSlot(Joint):
     holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation, travel and speed."""
         coordinates, p = self._geometry(mechanism)
         row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, *travel_contributions(self.name, coordinates, p)]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The pin, as a point of the second body, and its slot in the first one."""
         slot, pin = self.ends(mechanism)
         c, s, *_ = self._geometry(mechanism)[1]
         return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=(c, s)),)
@@ -178,11 +170,9 @@ class PinSlotClearance(PinSlot):
         from flexmb.parts.wear.worn_guide import WornSlot  # noqa: PLC0415 - it is a joint with clearance itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        made: WornSlot = worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
-        return made
+        return worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact, travel and speed, and the ideal slot at the start."""
         coordinates, p = self._geometry(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)

@@ -1,28 +1,30 @@
-"""Ideal guides: the prismatic joint, and a clamp that moves."""
+"""Guides: the prismatic joint, ideal and with clearance, and a clamp that moves."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import directed, field, instance, not_negative, point, positive, record
-from flexmb.kernels import compiled, constraint_kernel, signal_kernel
+from flexmb.kernels import compiled, constraint_kernel, gap_kernel, signal_kernel
 from flexmb.model.contributions import (
     ConstraintContribution,
+    ContactContribution,
     Contribution,
     Coordinate,
     JointFriction,
     RowMotion,
     SignalContribution,
 )
-from flexmb.model.law import FrictionLaw, Motion
+from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint, Part
 from flexmb.model.shape import PointShape, Shapes
+from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import (
     JOINT_FRICTION,
     add_curvature,
@@ -31,11 +33,18 @@ from flexmb.parts.joints.contact_point import (
     direction,
     dot,
     guide_friction,
+    put_eccentricity,
+    put_point,
+    put_side_columns,
+    put_turn,
 )
-from flexmb.parts.joints.revolute import Revolute, drawn_angle
+from flexmb.parts.joints.revolute import Revolute, drawn_angle, rubbing
+
+if TYPE_CHECKING:
+    from flexmb.parts.wear.worn_guide import WornGuide
+    from flexmb.parts.wear.worn_joint import Wear
 
 
-# Ideal prismatic joint between any two bodies, and its travel
 @compiled
 def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
     """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
@@ -56,9 +65,7 @@ def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
     ux, uy, s1x, s1y, s2x, s2y, angle = p
     direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
-    g[1] = q[5] - q[2] - angle
-    G[1, 2] = -1.0
-    G[1, 5] = 1.0
+    put_turn(1, angle, q, g, G)
 
 
 @constraint_kernel
@@ -116,7 +123,6 @@ class Guide(Joint):
     holds_point = False
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The slider's point, and the guide in the first body."""
         guide, slider = self.ends(mechanism)
         along = self.geometry(mechanism)[1][:2]
         return (PointShape(self.name, self.kind, *slider.place, other=guide.place, along=along),)
@@ -164,7 +170,6 @@ class Prismatic(Guide):
         check_friction(self, "length")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two constraint equations, travel and speed."""
         ideal, (coordinates, line, _) = self.ideal(mechanism), self.geometry(mechanism)
         signals = travel_contributions(self.name, coordinates, line)
         if self.friction is None or self.length is None:
@@ -173,7 +178,6 @@ class Prismatic(Guide):
         return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction)), *signals]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        """The travel of the second body along the guide, 0 in the reference configuration."""
         coordinates, p, _ = self.geometry(mechanism)
         return ConstraintContribution(
             self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
@@ -192,8 +196,6 @@ def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) ->
     return part
 
 
-# Moving clamp: a rigid connection whose relative angle and position are prescribed
-
 # Coordinates of the second body in the frame of the first, with units of coordinate and force.
 ROWS = (("x", "m", "N"), ("y", "m", "N"), ("angle", "rad", "N m"))
 
@@ -204,9 +206,7 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     s1x, s1y, s2x, s2y, angle = p
     direction_row(1.0, 0.0, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
     direction_row(0.0, 1.0, s1x, s1y, s2x, s2y, q, v, lam, 1, g, G, gamma, H)
-    g[2] = q[5] - q[2] - angle
-    G[2, 2] = -1.0
-    G[2, 5] = 1.0
+    put_turn(2, angle, q, g, G)
 
 
 MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")  # rule of the motions of a clamp
@@ -253,7 +253,6 @@ class Clamp(Joint):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Three constraint equations."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
@@ -264,3 +263,151 @@ class Clamp(Joint):
                 self.name, clamp_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2, motions=motions
             )
         ]
+
+
+CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
+    ("upper_front", 1.0, 1.0), ("upper_rear", -1.0, 1.0), ("lower_front", 1.0, -1.0), ("lower_rear", -1.0, -1.0),
+)  # fmt: skip
+
+
+@gap_kernel
+def corner_gap_kernel(p, q, v, out):
+    """Corner of the second body against one side of a guide on the first; the contact point is the corner."""
+    c, half, side, mx, my, s1x, s1y, kx, ky = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    nx, ny = -side * (c1 * my + d1 * mx), side * (c1 * mx - d1 * my)
+    bx, by = c2 * kx - d2 * ky, d2 * kx + c2 * ky
+    X, Y = q[3] + bx, q[4] + by
+    ex, ey = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
+    put_point(out, q, v, c + half - nx * ex - ny * ey, nx, ny, X, Y)
+    vex = v[3] - v[5] * by - v[0] + v[2] * (d1 * s1x + c1 * s1y)
+    vey = v[4] + v[5] * bx - v[1] - v[2] * (c1 * s1x - d1 * s1y)
+    put_eccentricity(out, ex, ey, vex, vey)
+    put_side_columns(out, nx, ny, bx, by)
+
+
+@compiled
+def pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q):
+    """Travel, offset across the guide and tilt of the slider's centre."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
+    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
+    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
+    return ux * ex + uy * ey, ux * ey - uy * ex, q[5] - q[2] - angle
+
+
+@signal_kernel
+def slider_signal(p, t, q, v, a):
+    """`chosen`: 0 travel, 1 offset, 2 tilt, 3 mode (0 free, 1 one corner, 2 two across, 3 face, 4 more)."""
+    mx, my, s1x, s1y, s2x, s2y, angle, c, length, height, chosen = p
+    travel, offset, tilt = pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q)
+    which = int(chosen)
+    if which < 3:
+        return travel if which == 0 else (offset if which == 1 else tilt)
+    upper, lower = 0, 0
+    for along in (-1.0, 1.0):
+        rise = offset + along * length * math.sin(tilt)
+        upper += rise + height * math.cos(tilt) >= c + height
+        lower += rise - height * math.cos(tilt) <= -c - height
+    touching = upper + lower
+    if touching <= 1:
+        return float(touching)
+    if touching > 2:
+        return 4.0
+    return 2.0 if upper == lower else 3.0
+
+
+SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))
+
+
+@record
+class PrismaticClearance(Guide):
+    """Slider with clearance in a straight guide: four corners, each against its side of the guide.
+
+    The first body carries the guide, the second one the slider, a rectangle whose centre is `at`. The signals of a
+    corner are the signals of any contact: "P.upper_front.normal_force", ...; upper is the left side of `along`, front
+    its end. Signals of the slider: travel, offset [m], speed [m/s], tilt [rad], and mode: 0 free, 1 one corner, 2 two
+    corners across (tilted), 3 two corners on one side (its face), 4 more.
+
+    Raises
+    ------
+    InputError : sizes out of range, laws of the wrong kind, a law from materials without corner_radius.
+
+    Notes
+    -----
+    A `corner_radius` gives laws made from materials their stiffness on a flat side.  It does not change the geometry,
+    so it must be small beside the sides.  The guide has no ends.  At the start the slider is centred and moves as in an
+    ideal `Prismatic`.  A face that lies on its side is two corners, so its pressure is not resolved between them.
+    Source of the contact states:  P.  Flores, J.  Ambrosio, J.  C.  P.  Claro, H.  M.  Lankarani, Kinematics and
+    Dynamics of Multibody Systems with Imperfect Joints, Springer 2008, chapter on translational joints with clearance.
+    """
+
+    _: KW_ONLY
+    clearance: float = field(
+        "gap on either side, centred", "m", positive, hint="For a joint without clearance use Prismatic(...)."
+    )
+    half_length: float = field("half side of the slider along the guide", "m", positive)
+    half_height: float = field("half side of the slider across the guide", "m", positive)
+    normal: NormalLaw = field("law of the normal force of a corner", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction of a corner", rule=FRICTION_LAW, default_factory=Frictionless)
+    corner_radius: float | None = field("rounding of the corners", "m", positive, default=None)
+
+    kind = "clearance"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.clearance >= self.half_length:
+            text = f"{self.label}: clearance is {self.clearance:g} m, half_length {self.half_length:g} m;"
+            raise InputError(f"{text} the slider would turn in its guide. Did you mix up metres and millimetres?")
+
+    @property
+    def play(self) -> float:
+        """Offset at which the faces touch [m]."""
+        return self.clearance
+
+    def worn_by(self, wear: Wear, length: float) -> WornGuide:
+        """The joint with sides of the guide that wear, unworn so far.
+
+        Parameters
+        ----------
+        wear : law of wear with the coefficient of the guide, e.g. Archard(bearing=1e-13, width=0.02).
+        length : length of the guide whose depth is known, its middle at the joint's point [m].
+        """
+        from flexmb.parts.wear.worn_guide import WornGuide  # noqa: PLC0415 - it is a joint with clearance itself
+        from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
+
+        return worn(self, PrismaticClearance, WornGuide, wear=wear, worn_length=length)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        coordinates, p, angle = self.geometry(mechanism)
+        mx, my, s1x, s1y, s2x, s2y = p
+        turn = -angle  # of the guide's direction, seen from the frame of the slider
+        ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
+        normal = self._normal()
+        found: list[Contribution] = []
+        for name, along, across in CORNERS:
+            x, y = along * self.half_length, across * self.half_height
+            corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
+            numbers = (self.play, self.half_height, across, mx, my, s1x, s1y, *corner)
+            laws = normal, self.friction, name
+            contribution = ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws)
+            found.append(contribution)
+        sizes = (self.play, self.half_length, self.half_height)
+        for k, (name, unit) in enumerate(SIGNALS):
+            values = (*p, angle, *sizes, float(k))
+            told = self.name, name, unit, slider_signal, coordinates, values
+            found.append(SignalContribution(*told, is_mode=name == "mode"))
+        _, speed = travel_contributions(self.name, coordinates, p)
+        friction = rubbing(self.friction, guide_friction, (*p, 2.0 * self.half_length, 0.0))
+        return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]
+
+    def _normal(self) -> NormalLaw:
+        """The normal law of a corner on a flat side."""
+        if self.corner_radius is not None:
+            return self.normal.for_radii(math.inf, self.corner_radius)
+        try:
+            self.normal.parameters()
+        except InputError as error:
+            text = f"{self.label}: the stiffness of its law depends on the radius of the corners;"
+            raise InputError(f"{text} give corner_radius=..., or a law with a stiffness of its own.") from error
+        return self.normal

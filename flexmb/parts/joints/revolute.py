@@ -1,36 +1,52 @@
-"""Ideal revolute joint, its angle, and the rigid connection."""
+"""Revolute joints, ideal and with clearance, and the rigid connection."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, replace
+from typing import TYPE_CHECKING, ClassVar
 
+from flexmb import checks
+from flexmb.errors import InputError
 from flexmb.fields import field, not_negative, positive, record
-from flexmb.kernels import compiled, constraint_kernel
+from flexmb.findings.finding import Finding, found
+from flexmb.kernels import Kernel, compiled, constraint_kernel, gap_kernel
 from flexmb.model.contributions import (
     AngleContribution,
     Attachment,
     ConstraintContribution,
+    ContactContribution,
     Contribution,
+    Coordinate,
     JointFriction,
 )
-from flexmb.model.law import FrictionLaw
+from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Joint
-from flexmb.parts.joints.contact_point import JOINT_FRICTION, check_friction, journal_friction
+from flexmb.model.part import GROUND, Joint, Pose
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.joints.contact_point import (
+    JOINT_FRICTION,
+    arms_of,
+    check_friction,
+    journal_friction,
+    put_arms,
+    put_column,
+    put_eccentricity,
+    put_turn,
+)
+from flexmb.places import GAP, GAP_RATE, SLIP
+
+if TYPE_CHECKING:
+    from flexmb.parts.wear.worn_clearance import WornClearance
+    from flexmb.parts.wear.worn_joint import Wear
 
 
 @compiled
 def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
     """Constraint equations 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
     # Equations (1.4) and (1.5) of docs/theory/equations_of_motion.md.
-    c1, d1 = math.cos(q[2]), math.sin(q[2])
-    c2, d2 = math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    g[0] = q[3] + bx - q[0] - ax
-    g[1] = q[4] + by - q[1] - ay
+    ax, ay, bx, by, g[0], g[1] = arms_of(s1x, s1y, s2x, s2y, q)
     G[0, 0] = -1.0
     G[0, 2] = ay
     G[0, 3] = 1.0
@@ -61,9 +77,7 @@ def weld_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Two points of two nodes coincide and the relative rotation stays."""
     s1x, s1y, s2x, s2y, angle = p
     coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
-    g[2] = q[5] - q[2] - angle
-    G[2, 2] = -1.0
-    G[2, 5] = 1.0
+    put_turn(2, angle, q, g, G)
 
 
 @constraint_kernel
@@ -130,7 +144,6 @@ class Revolute(Joint):
         check_friction(self, "radius")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two constraint equations, and the angle."""
         ends = self.ends(mechanism)
         contribution, angle = coincidence_piece(self.name, ends), angle_contribution(self.name, mechanism, ends)
         if self.friction is None or self.radius is None:
@@ -140,7 +153,6 @@ class Revolute(Joint):
         return [replace(contribution, joint_friction=friction), angle]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        """The rotation of the second body against the first, 0 in the reference configuration."""
         ends = self.ends(mechanism)
         coordinates = tuple(end.coordinates[2] for end in ends)
         p = (drawn_angle(mechanism, ends),)
@@ -158,7 +170,6 @@ class Fixed(Joint):
     holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Three constraint equations."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
@@ -175,3 +186,188 @@ class Fixed(Joint):
                 curved=BY_ANGLES,
             )
         ]
+
+
+@gap_kernel
+def journal_gap_kernel(p, q, v, out):
+    """Journal in a bearing: e = journal centre - bearing centre, gap = c - |e|, normal n = e/|e|."""
+    # The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
+    # Equations (5.1) and (5.2) of docs/theory/contact.md.
+    c, R1, s1x, s1y, s2x, s2y = p
+    ax, ay, bx, by, ex, ey = arms_of(s1x, s1y, s2x, s2y, q)
+    vex, vey = v[3] - by * v[5] - v[0] + ay * v[2], v[4] + bx * v[5] - v[1] - ax * v[2]
+    size = math.sqrt(ex * ex + ey * ey)
+    if size > 0.0:
+        nx, ny, inverse = ex / size, ey / size, 1.0 / size
+    else:
+        nx, ny, inverse = 1.0, 0.0, 0.0
+    radius = R1 + 0.5 * (size - c)
+    r1x, r1y = ax + radius * nx, ay + radius * ny  # from node 1 to the contact point
+    r2x, r2y = r1x + q[0] - q[3], r1y + q[1] - q[4]
+    out[GAP] = c - size
+    out[GAP_RATE] = -(nx * vex + ny * vey)
+    ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
+    out[SLIP] = -ny * ux + nx * uy
+    put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
+    put_eccentricity(out, ex, ey, vex, vey)
+    gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
+    for j in range(6):
+        along, across = nx * gx[j] + ny * gy[j], (nx * gy[j] - ny * gx[j]) * inverse
+        nqx, nqy = -ny * across, nx * across
+        px, py = radius * nqx + 0.5 * along * nx, radius * nqy + 0.5 * along * ny
+        if j < 3:
+            px, py = px - gx[j], py - gy[j]
+        put_column(out, j, nqx, nqy, px, py)
+
+
+@constraint_kernel
+def held_journal_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """The journal's centre stands beside the bearing's by (ex, ey) along X and Y; rates as of an ideal joint."""
+    s1x, s1y, s2x, s2y, ex, ey = p
+    coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
+    g[0] -= ex
+    g[1] -= ey
+
+
+CENTRED, SEATED = "centred", "seated"
+TOUCHING = 1.0 + 1e-12  # largest eccentricity over the clearance [1] of a journal in contact, round-off included
+
+
+@record
+class RevoluteClearance(Joint):
+    """Revolute joint with clearance: the first body carries the bearing, the second one the journal.
+
+    Signals: ex, ey (journal centre in the bearing) [m], vex, vey [m/s], penetration [m], penetration_rate [m/s],
+    normal_force, friction_force, fx, fy, force (on the second body) [N], mode (0 free flight, 1 impact: from the
+    closing of the gap to the end of the first rebound, 2 continuous contact); angle (of the second body against the
+    first, 0 in the reference configuration) [rad], omega [rad/s].
+
+    The centre of the bearing is `at`, and the journal's centre is declared there for any `start`: "centred"; "seated",
+    in contact in the direction of gravity; or (ex, ey), the journal's centre less the bearing's along X and Y [m], at
+    most `clearance` long.
+
+    Raises
+    ------
+    InputError : clearance or radius out of range, a law of the wrong kind, a start outside the clearance, "seated"
+        without gravity.
+
+    Notes
+    -----
+    Start velocities are the velocities of an ideal joint, so the journal rests in its bearing for any `start`. The
+    loops are closed with the journal in that place. "Seated" is e = clearance gravity/|gravity|; its opposite if the
+    journal belongs to the ground, because the bearing then hangs on the journal. If other forces press on the joint,
+    give (ex, ey). Analyses that replace the joint by an ideal one (modes, inverse dynamics) keep the eccentricity.
+    """
+
+    _: KW_ONLY
+    clearance: float = field(
+        "bearing radius less journal radius", "m", positive, hint="For a joint without clearance use Revolute(...)."
+    )
+    bearing_radius: float = field("radius of the bearing", "m", positive)
+    normal: NormalLaw = field("law of the normal force", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
+    start: str | tuple[float, float] = field("place of the journal at the start, see above", "m", default=CENTRED)
+
+    kind = "clearance"
+    lost_when: ClassVar[str] = "the journal passes through its bearing"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.clearance >= self.bearing_radius:
+            text = f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the"
+            raise InputError(f"{text} bearing radius {self.bearing_radius:g} m. Did you mix up metres and millimetres?")
+        self._check_start()
+
+    def _check_start(self) -> None:
+        """Check that `start` is a known word or a point inside the clearance."""
+        if isinstance(self.start, str):
+            if self.start not in (CENTRED, SEATED):
+                text = f"{self.label}: start is {self.start!r}; it must be {CENTRED!r}, {SEATED!r} or (ex, ey) in m."
+                raise InputError(f"{text} {checks.did_you_mean(self.start, [CENTRED, SEATED])}")
+            return
+        e = checks.point(self.label, "start", self.start)
+        beyond = math.hypot(*e) - self.play
+        if beyond > (TOUCHING - 1.0) * self.play:
+            raise InputError(
+                f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of "
+                f"{self.play:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex, ey), or "
+                'start="seated" for a journal that touches where gravity pulls it.'
+            )
+        object.__setattr__(self, "start", e)
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Refuse a seated journal without gravity."""
+        super().validate(mechanism)
+        if self.start == SEATED and math.hypot(*mechanism.gravity) <= 0.0:
+            raise InputError(
+                f"{self.label}: start is 'seated', but mechanism {mechanism.name!r} has no gravity that pulls the "
+                "journal anywhere. Say where it stands with start=(ex, ey) in m, or give gravity=(0, -9.81)."
+            )
+
+    def eccentricity(self, mechanism: Mechanism) -> tuple[float, float]:
+        """Centre of the journal seen from that of the bearing at the start of `mechanism` [m]."""
+        if self.start == CENTRED:
+            return 0.0, 0.0
+        if isinstance(self.start, tuple):
+            return self.start
+        gx, gy = mechanism.gravity
+        factor = self.play / math.hypot(gx, gy)
+        if self.second.name == GROUND.name:
+            factor = -factor
+        return factor * gx, factor * gy
+
+    @property
+    def play(self) -> float:
+        """Eccentricity at which the surfaces touch [m]."""
+        return self.clearance
+
+    @property
+    def journal_radius(self) -> float:
+        """Radius of the journal [m]."""
+        return self.bearing_radius - self.clearance
+
+    def worn_by(self, wear: Wear) -> WornClearance:
+        """The joint with a surface that wears by the law `wear`, e.g. Archard(bearing=1e-13); unworn so far."""
+        from flexmb.parts.wear.worn_clearance import WornClearance  # noqa: PLC0415 - it is a joint with clearance itself
+        from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
+
+        return worn(self, RevoluteClearance, WornClearance, wear=wear)
+
+    def idealised(self) -> Revolute:
+        return Revolute(self.name, self.first, self.second, self.at)
+
+    def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterator[Finding]:  # noqa: ARG002
+        """Finding on a contact into which weight and declared forces press by much of the radius."""
+        radius = self.bearing_radius
+        depth = self.normal.for_radii(radius, self.journal_radius).depth_under(load, radius) if load else 0.0
+        if depth > self.deep_from * radius:
+            more = "more than " if math.isinf(depth) else ""
+            depth = min(depth, radius)
+            text = (
+                f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label} into its "
+                f"bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
+            )
+            remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
+            yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        first, second = ends = self.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        p = (self.play, self.bearing_radius, *first.offset, *second.offset)
+        normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
+        contact = ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction)
+        return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, coordinates, p[2:])]
+
+    def _held(
+        self, mechanism: Mechanism, coordinates: tuple[Coordinate, ...], offsets: tuple[float, ...]
+    ) -> ConstraintContribution:
+        """The two constraint equations that hold the journal in its place at the start."""
+        p = (*offsets, *self.eccentricity(mechanism))
+        friction = rubbing(self.friction, journal_friction, (self.journal_radius, 0.0))
+        place = self.name, held_journal_kernel, coordinates, p, 2, coordinates[3:]
+        return ConstraintContribution(*place, joint_friction=friction, holds="closed")
+
+
+def rubbing(law: FrictionLaw, kernel: Kernel, p: tuple[float, ...]) -> JointFriction | None:
+    """Friction of the ideal joint that stands for one with clearance; None without friction."""
+    return None if isinstance(law, Frictionless) else JointFriction(kernel, p, law)

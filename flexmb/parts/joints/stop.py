@@ -24,7 +24,14 @@ from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, refuse_one_body
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.contact_point import (
+    arms_of,
+    difference_column,
+    put_column,
+    put_eccentricity,
+    put_point,
+    put_side_columns,
+)
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
 from flexmb.places import GAP, GAP_RATE
@@ -47,9 +54,8 @@ def strand_gap_kernel(p, q, v, out):
     # The angle psi counts from `drawn`, within half a turn. Both forces act at the point where the first drum is left.
     # Equation (13.4) of docs/theory/wheels.md.
     _, side, value, s1x, s1y, s2x, s2y, R1, R2, drawn = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    dx, dy, R = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay, R1 + R2
+    ax, ay, bx, by, dx, dy = arms_of(s1x, s1y, s2x, s2y, q)
+    R = R1 + R2
     ux, uy, size, inverse = strand(R, dx, dy)
     drawn_out = size
     if R1 != 0.0 or R2 != 0.0:
@@ -96,11 +102,10 @@ def turn_gap_kernel(p, q, v, out):
     # n is fixed to the first body, across the direction from the pin to its face. The play of the pin along n counts,
     # so the gradient of the gap belongs to one contact point for any positions.
     _, side, limit, radius, dx, dy, s1x, s1y, s2x, s2y = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    ax, ay, bx, by, wx, wy = arms_of(s1x, s1y, s2x, s2y, q)  # (wx, wy): play of the pin
+    c1, d1 = math.cos(q[2]), math.sin(q[2])
     ex, ey = c1 * dx - d1 * dy, d1 * dx + c1 * dy
     nx, ny = -side * ey, side * ex
-    wx, wy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay  # play of the pin
     reach = radius + ex * wx + ey * wy
     X, Y = q[0] + ax + reach * ex, q[1] + ay + reach * ey
     put_point(out, q, v, side * radius * (limit - q[5] + q[2]) - nx * wx - ny * wy, nx, ny, X, Y)
@@ -126,12 +131,7 @@ def travel_gap_kernel(p, q, v, out):
     wx, wy = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
     put_point(out, q, v, side * limit - nx * wx - ny * wy, nx, ny, X, Y)
     put_gap_vector(out, nx, ny, v[2])
-    for j in range(6):
-        put_column(out, j, 0.0, 0.0, 0.0, 0.0)
-    put_column(out, 2, -ny, nx, 0.0, 0.0)
-    put_column(out, 3, 0.0, 0.0, 1.0, 0.0)
-    put_column(out, 4, 0.0, 0.0, 0.0, 1.0)
-    put_column(out, 5, 0.0, 0.0, -by, bx)
+    put_side_columns(out, nx, ny, bx, by)
 
 
 def own_stiffness(label: str, name: str, law: Any, *_: str) -> NormalLaw:
@@ -249,7 +249,6 @@ class Stop(Part):
         return joint_with_coordinate(mechanism, self.label, self.joint)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact for each limit."""
         coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
         law, several = self.normal, len(found) > 1
         laws = law, Frictionless()

@@ -18,15 +18,6 @@ from flexmb.model.shape import ArrowShape, Shapes
 
 
 @compiled
-def arms_of(s1x, s1y, s2x, s2y, q):
-    """Vectors from the nodes to the points, and from the first point to the second."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
-
-
-@compiled
 def put_line_force(F, nx, ny, ax, ay, bx, by, r):
     """r (6,) of a tension F along (nx, ny), the direction from the first point to the second."""
     r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
@@ -113,15 +104,12 @@ class Force(Part):
 
     @property
     def declared_load(self) -> float:
-        """Size of the force [N]."""
         return math.hypot(*self.force)
 
     def share(self, part: float) -> Force:
-        """The load with the fraction `part` of its force, if the force is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """An arrow that ends in the point of application; none for a force of 0."""
         body = mechanism.body(self.body.name, self.label)
         end, direction = body.attach(self.label, self.at), self.force
         if direction == (0.0, 0.0):
@@ -131,7 +119,6 @@ class Force(Part):
         return (ArrowShape(self.name, end.place, direction, self.follower),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on the node that carries the point, and four signals."""
         body = mechanism.body(self.body.name, self.label)
         end = body.attach(self.label, self.at)
         kernel, force = dead_force_kernel, self.force
@@ -198,7 +185,6 @@ class Torque(Part):
         return 0.0
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on theta of the node, and two signals."""
         body = mechanism.body(self.body.name, self.label)
         node = body.main if self.at is None else body.attach(self.label, self.at).node
         theta = ((body.name, node, 2),)

@@ -82,7 +82,6 @@ class MeshLoad(Part):
             yield found("missing-shapes", (self.name, body.name), text, remedy, share=share, limit=LEFT_OUT)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Elements on the nodes of the body, and three signals."""
         body = self._carrier(mechanism.body(self.body.name, self.label))
         return body.loaded(self.name, self.on(self.plane_of(body)), self.history)
 
@@ -167,11 +166,9 @@ class EdgeLoad(MeshLoad):
     follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
     def share(self, part: float) -> EdgeLoad:
-        """The load with the fraction `part` of its traction, if it is a follower."""
         return replace(self, traction=scaled(self.traction, part)) if self.follower else self
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of the body `plane` with all nodes, in the axes of its mesh."""
         forces = loads.edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
         nodes = np.unique(plane.mesh.edges_in(self.edge))
         return loads.NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
@@ -206,11 +203,9 @@ class EdgePressure(MeshLoad):
     shear: float | Callable[[Array], Any] = field("along the edge, or a function", "Pa", STRESS, default=0.0)
 
     def share(self, part: float) -> EdgePressure:
-        """The load with the fraction `part` of its stresses."""
         return replace(self, pressure=scaled(self.pressure, part), shear=scaled(self.shear, part))
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of the body `plane` with all nodes, in the axes of its mesh."""
         edges = loads.loaded_edges(plane.mesh, self.edge, plane.thickness)
         normal, along = (loads.edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
         followed = loads.FollowedEdges(edges.nodes, normal, along)
@@ -255,10 +250,8 @@ class BodyForce(MeshLoad):
     follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
     def share(self, part: float) -> BodyForce:
-        """The load with the fraction `part` of its force, if it is a follower."""
         return replace(self, force=scaled(self.force, part)) if self.follower else self
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of the body `plane` with all nodes, in the axes of its mesh."""
         forces = loads.body_force(plane.mesh, in_mesh_axes(plane, self.force), plane.thickness)
         return loads.NodalLoad(forces.reshape(-1, 2), np.arange(len(plane.mesh.points)), self.follower)

@@ -17,18 +17,19 @@ from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kern
 from flexmb.model.contributions import (
     ADDS,
     SUBTRACTS,
-    Attachment,
     Contribution,
     Coordinate,
     ElementContribution,
+    ElementKernels,
     SignalContribution,
     signal_contributions,
 )
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Part
+from flexmb.model.part import Part, PointToPoint
 from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
-from flexmb.parts.loads.force import arms_of, put_line_force
+from flexmb.parts.joints.contact_point import arms_of
+from flexmb.parts.loads.force import put_line_force
 from flexmb.places import packed
 
 
@@ -98,8 +99,6 @@ def moving_end(
         found.append(ElementContribution(part, kernel, coordinates, (stiffness * start, *more)))
     return found
 
-
-# Linear spring and damper between two points
 
 # Parameters p: k, d, l0, and the points in the frames of their nodes; number of the signal.
 STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8)
@@ -189,6 +188,11 @@ def spring_damper_energy(p, t, q, v):
     return energies(p, l, rate)
 
 
+SPRING_DAMPER = ElementKernels(
+    spring_damper_kernel, spring_damper_energy, spring_damper_force, None, spring_damper_account
+)
+
+
 @signal_kernel
 def spring_damper_signal(p, t, q, v, a):
     """`CHOSEN`: 0 length, 1 its rate, 2 tension of spring and damper, 3 energy of the spring."""
@@ -203,7 +207,7 @@ def spring_damper_signal(p, t, q, v, a):
 
 
 @record
-class SpringDamper(Part):
+class SpringDamper(PointToPoint):
     """Linear spring and damper between a point of one body and a point of another.
 
     Signals: length [m], rate (of the length) [m/s], force (tension of spring and damper; negative: pressure) [N],
@@ -220,11 +224,6 @@ class SpringDamper(Part):
     its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
-    formerly = (("start", "at", "0.3"), ("end", "to", "0.3"))
-    first: Part = field("first body; `GROUND` is the frame")
-    second: Part = field("second body")
-    at: tuple[float, float] = field("point of the first body", "m", point)
-    to: tuple[float, float] = field("point of the second body", "m", point)
     _: KW_ONLY
     stiffness: float = field("k", "N/m", not_negative)
     damping: float = field("d", "N s/m", not_negative, default=0.0)
@@ -238,13 +237,7 @@ class SpringDamper(Part):
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Both points on the bodies of `mechanism`."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
-
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """A spring, or a damper where there is no stiffness."""
         first, second = self.ends(mechanism)
         return (LineShape(self.name, SPRING if self.stiffness > 0.0 else DAMPER, first.place, second.place),)
 
@@ -257,15 +250,7 @@ class SpringDamper(Part):
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
-        element = ElementContribution(
-            self.name,
-            spring_damper_kernel,
-            coordinates,
-            p,
-            energy=spring_damper_energy,
-            force=spring_damper_force,
-            account=spring_damper_account,
-        )
+        element = SPRING_DAMPER.contribution(self.name, coordinates, p)
         offsets = (*first.offset, *second.offset)
         moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)
         return [element, *moving, *self._signals(coordinates, p, moves=bool(moving))]
@@ -281,8 +266,6 @@ class SpringDamper(Part):
         whole = (*force.p[:FREE_LENGTH], 0.0, *force.p[FREE_LENGTH + 1 :])
         return [length, rate, replace(force, p=whole, use_of_factor=ADDS)]
 
-
-# Linear spring and damper between the rotations of two bodies
 
 # Signals with their units, in the order of `torsion_spring_signal`.
 TORSION_SIGNALS = (("angle", "rad"), ("rate", "rad/s"), ("torque", "N m"), ("energy", "J"))
@@ -328,6 +311,11 @@ def torsion_spring_energy(p, t, q, v):
     """Energy of the spring, power of the damper."""
     k, d, angle = p
     return 0.5 * k * (q[1] - q[0] - angle) ** 2, 0.0, d * (v[1] - v[0]) ** 2
+
+
+TORSION_SPRING = ElementKernels(
+    torsion_spring_kernel, torsion_spring_energy, torsion_spring_force, None, torsion_spring_account
+)
 
 
 @signal_kernel
@@ -383,15 +371,7 @@ class TorsionSpring(Part):
             drawn += sign * body.node(node).theta
         p = (self.stiffness, self.damping, rest + drawn)
         pair = tuple(coordinates)
-        element = ElementContribution(
-            self.name,
-            torsion_spring_kernel,
-            pair,
-            p,
-            energy=torsion_spring_energy,
-            force=torsion_spring_force,
-            account=torsion_spring_account,
-        )
+        element = TORSION_SPRING.contribution(self.name, pair, p)
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))
         if moving:

@@ -21,8 +21,7 @@ from flexmb.findings.finding import Finding
 from flexmb.kernels import compiled, signal_kernel, summing
 from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.bearings.coefficients import FilmEquilibrium
-from flexmb.parts.bearings.journal import JournalBearing
+from flexmb.parts.bearings.journal import FilmEquilibrium, JournalBearing
 from flexmb.parts.bearings.kernels import (
     FILM_FX,
     FILM_FY,
@@ -36,6 +35,7 @@ from flexmb.parts.bearings.kernels import (
     thickness,
 )
 from flexmb.parts.bearings.laws import ShortBearing
+from flexmb.parts.joints.contact_point import arms_of
 from flexmb.parts.wear.worn_clearance import WornClearance
 
 # Parameters p: points in the frames of their nodes, whether the journal wears, roughness, scales of force and drag of
@@ -48,10 +48,7 @@ TABLES = 10
 @compiled
 def place(p, q, v):
     """Eccentricity and its rate in the axes of the worn body; their derivatives by q; w, w by v, cosine and sine."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * p[OFFSET1_X] - d1 * p[OFFSET1_Y], d1 * p[OFFSET1_X] + c1 * p[OFFSET1_Y]
-    bx, by = c2 * p[OFFSET2_X] - d2 * p[OFFSET2_Y], d2 * p[OFFSET2_X] + c2 * p[OFFSET2_Y]
-    X, Y = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    ax, ay, bx, by, X, Y = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     worn, other = (5, 2) if p[ON_JOURNAL] > 0.0 else (2, 5)
     C, S, spin = math.cos(q[worn]), math.sin(q[worn]), v[worn]
     ex, ey = C * X + S * Y, C * Y - S * X
@@ -306,7 +303,6 @@ class WornBearing(WornClearance, JournalBearing):
         return (*own, *np.concatenate(tables).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contact, angle and start of the worn joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
         film = WORN_FILM.contribution(self.name, coordinates, p)

@@ -1,7 +1,15 @@
-"""Guide and slot whose sides wear: a slider or a pin with clearance between two worn sides."""
+"""Guide and slot whose sides wear: a slider or a pin with clearance between two worn sides.
+
+The free places of a corner, or of the centre of a pin, end at y = g + f(x) beside the side, f the cubic B-spline of the
+depths that can be reached (`WornSides.sides`): f'' is continuous, f is 0 beyond the known places.  The depth is the
+distance from the border, along its normal, which turns by its curvature.
+
+Equations (16.7) to (16.9) of docs/theory/wear.md.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
 from typing import Any, Self
@@ -10,13 +18,147 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.fields import field, positive, record
+from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
+from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.pin_slot import PinSlotClearance
-from flexmb.parts.joints.prismatic_clearance import CORNERS, PrismaticClearance
-from flexmb.parts.wear import guide_kernels as kernels
-from flexmb.parts.wear.laws import Wear
-from flexmb.parts.wear.worn_joint import WornJoint
+from flexmb.parts.joints.prismatic import CORNERS, PrismaticClearance
+from flexmb.parts.wear.worn_joint import Wear, WornJoint
+
+(PLAY, HALF, RADIUS, SIDE, ALONG_X, ALONG_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, STEP, STEEPEST, DEEPEST,
+ CHOSEN) = range(14)  # fmt: skip
+# Place of the first depth; of a pin the left side of the slot comes first.
+DEPTHS = 14
+# Number of trials at most for the foot; bisection alone has found it to round-off by then.
+MOST_TRIALS = 60
+# Error of the foot over the distance of two places [1] that ends the search.
+CLOSE = 1e-13
+
+
+@compiled
+def border(p, first, n, x):
+    """f, f', f'' at x."""
+    step = p[STEP]
+    place = x / step + 0.5 * n - 0.5
+    k = math.floor(place)
+    u = place - k
+    w = 1.0 - u
+    left, right = 2.0 / 3.0 - u * u * (1.0 - 0.5 * u), 2.0 / 3.0 - w * w * (1.0 - 0.5 * w)
+    weights = (w * w * w / 6.0, left, right, u * u * u / 6.0)
+    slopes = (-0.5 * w * w, u * (1.5 * u - 2.0), -w * (1.5 * w - 2.0), 0.5 * u * u)
+    bends = (w, 3.0 * u - 2.0, 3.0 * w - 2.0, u)
+    f, f1, f2 = 0.0, 0.0, 0.0
+    for j in range(4):
+        i = int(k) - 1 + j
+        if 0 <= i < n:
+            h = p[first + i]
+            f, f1, f2 = f + weights[j] * h, f1 + slopes[j] * h, f2 + bends[j] * h
+    return f, f1 / step, f2 / (step * step)
+
+
+@compiled
+def nearest_border(p, first, n, x, y):
+    """Depth D of the point (x, y), normal along and across the guide, 1/(rho + D), foot on the border."""
+    s, reach = x, 2.0 * p[STEEPEST] * (abs(y) + p[DEEPEST])
+    low, high = x - reach, x + reach
+    f, f1, f2 = 0.0, 0.0, 0.0
+    for _ in range(MOST_TRIALS):
+        f, f1, f2 = border(p, first, n, s)
+        F, F_s = x - s + (y - f) * f1, -1.0 - f1 * f1 + (y - f) * f2
+        if F_s < 0.0 and abs(F) <= -CLOSE * p[STEP] * F_s:
+            break
+        if F >= 0.0:
+            low = s
+        else:
+            high = s
+        s = s - F / F_s if F_s < 0.0 else low
+        if not low < s < high:
+            s = 0.5 * (low + high)
+    size = math.sqrt(1.0 + f1 * f1)
+    depth, bend = (y - f) * size, -f2 / (size * size * size)
+    turns = 1.0 + bend * depth
+    return depth, -f1 / size, 1.0 / size, bend / turns if turns != 0.0 else 0.0, s
+
+
+@compiled
+def touch(p, q):
+    """Arms, point in the axes of the guide, its directions, depth, normal, curvature, point of contact, side, place."""
+    ax, ay, bx, by, ex, ey = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
+    c1, d1 = math.cos(q[2]), math.sin(q[2])
+    ux, uy = c1 * p[ALONG_X] - d1 * p[ALONG_Y], d1 * p[ALONG_X] + c1 * p[ALONG_Y]
+    along, across = ux * ex + uy * ey, ux * ey - uy * ex
+    far, side, n = p[PLAY] + p[HALF], p[SIDE], p.shape[0] - DEPTHS
+    if side == 0.0:
+        n = n // 2
+        side = 1.0
+        depth, mx, my, inverse, foot = nearest_border(p, DEPTHS, n, along, across - far)
+        deeper, ox, oy, turns, place = nearest_border(p, DEPTHS + n, n, along, -across - far)
+        if deeper > depth:
+            side, depth, mx, my, inverse, foot = -1.0, deeper, ox, oy, turns, place
+    else:
+        depth, mx, my, inverse, foot = nearest_border(p, DEPTHS, n, along, side * across - far)
+    nx, ny = mx * ux - side * my * uy, mx * uy + side * my * ux
+    radius = p[RADIUS]
+    ahead, grows = (radius - 0.5 * depth, -0.5) if radius > 0.0 else (0.0, 0.0)
+    return ax, ay, bx, by, ex, ey, ux, uy, across, depth, nx, ny, inverse, ahead, grows, foot + radius * mx
+
+
+@gap_kernel
+def worn_side_gap_kernel(p, q, v, out):
+    """Corner or pin against the worn sides of a guide or slot."""
+    ax, ay, bx, by, ex, ey, ux, uy, across, depth, nx, ny, inverse, ahead, grows, _ = touch(p, q)
+    put_point(out, q, v, -depth, nx, ny, q[3] + bx + ahead * nx, q[4] + by + ahead * ny)
+    vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
+    wx, wy = (ex, ey) if p[SIDE] != 0.0 else (-across * uy, across * ux)
+    put_eccentricity(out, wx, wy, vx, vy)
+    gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
+    for j in range(6):
+        x, y, turn, px, py = gx[j], gy[j], 0.0, 0.0, 0.0
+        if j > 2:
+            px, py = x, y
+        if j == 2:  # the guide turns
+            x, y, turn = x + ey, y - ex, 1.0
+        turn += inverse * (nx * y - ny * x)
+        r = grows * (nx * x + ny * y)
+        put_column(out, j, -ny * turn, nx * turn, px - ahead * ny * turn + r * nx, py + ahead * nx * turn + r * ny)
+
+
+PLACE, SLIDING = range(2)
+# Signals with their units, in the order of `worn_side_signal`; the last one of a pin alone.
+SIGNALS = (("place", "m"), ("slip", "m/s"), ("offset", "m"))
+
+
+@signal_kernel
+def worn_side_signal(p, t, q, v, a):
+    """`CHOSEN`: place of the contact along the guide from its middle, slip, place of the pin across the slot."""
+    _, _, bx, by, _, _, _, _, across, _, nx, ny, _, ahead, _, place = touch(p, q)
+    which = int(p[CHOSEN])
+    if which == PLACE:
+        return place
+    if which != SLIDING:
+        return across
+    r2x, r2y = bx + ahead * nx, by + ahead * ny
+    r1x, r1y = r2x + q[3] - q[0], r2y + q[4] - q[1]
+    x, y = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
+    return nx * y - ny * x
+
+
+@signal_kernel
+def worn_guide_mode(p, t, q, v, a):
+    """Mode of a slider by its corners: 0 free, 1 one, 2 two across, 3 face, 4 more; p: of each, upper ones first."""
+    size, upper, lower = p.shape[0] // 4, 0, 0
+    for k in range(4):
+        _, _, _, _, _, _, _, _, _, depth, _, _, _, _, _, _ = touch(p[k * size : (k + 1) * size], q)
+        touching = depth >= 0.0
+        if k < 2:
+            upper += touching
+        else:
+            lower += touching
+    if upper + lower > 2:
+        return 4.0
+    return 3.0 if upper == 2 or lower == 2 else float(upper + lower)
+
 
 # Names of the sides: upper is left of `along`.
 UPPER, LOWER = "upper", "lower"
@@ -63,12 +205,10 @@ class WornSides(WornJoint):
 
     @property
     def areas(self) -> np.ndarray:
-        """Surface between two places [m^2]."""
         return np.full(2 * self.bins, self.step * (self.wear.width or 0.0))
 
     @property
     def sizes(self) -> dict[str, float]:
-        """Clearance and length of the profile [m]."""
         return {"clearance": self.clearance, "worn_length": self.worn_length}
 
     @property
@@ -91,7 +231,6 @@ class WornSides(WornJoint):
 
     @property
     def half_play(self) -> float:
-        """Half of the widest way across [m]; the clearance where nothing is worn."""
         return self.clearance + 0.5 * float(self.sides.sum(axis=0).max())
 
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
@@ -129,11 +268,11 @@ class WornSides(WornJoint):
 
     def _worn_contact(self, contact: ContactContribution, p: tuple[float, ...], signals: int) -> list[Contribution]:
         """A contact of the dry joint on the worn sides, and its first signals."""
-        found: list[Contribution] = [replace(contact, gap=kernels.worn_side_gap_kernel, p=p)]
-        for k, (name, unit) in enumerate(kernels.SIGNALS[:signals]):
-            own = (*p[: kernels.CHOSEN], float(k), *p[kernels.DEPTHS :])
+        found: list[Contribution] = [replace(contact, gap=worn_side_gap_kernel, p=p)]
+        for k, (name, unit) in enumerate(SIGNALS[:signals]):
+            own = (*p[:CHOSEN], float(k), *p[DEPTHS:])
             named = f"{contact.name}.{name}" if contact.name else name
-            found.append(SignalContribution(self.name, named, unit, kernels.worn_side_signal, contact.coordinates, own))
+            found.append(SignalContribution(self.name, named, unit, worn_side_signal, contact.coordinates, own))
         return found
 
     def worn_by(self, wear: Wear, length: float | None = None) -> Self:
@@ -178,11 +317,9 @@ class WornGuide(WornSides, PrismaticClearance):
 
     @property
     def deepest(self) -> tuple[str, float]:
-        """Half side of the slider across."""
         return "half_height", self.half_height
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Four contacts on the worn sides, further ones of the dry joint, and signals."""
         found: list[Contribution] = []
         corners: tuple[float, ...] = ()
         for one in super().contributions(mechanism):
@@ -192,7 +329,7 @@ class WornGuide(WornSides, PrismaticClearance):
                 corners += p
                 found += self._worn_contact(one, p, 2)
             elif isinstance(one, SignalContribution) and one.is_mode:
-                found.append(replace(one, kernel=kernels.worn_guide_mode, p=corners))
+                found.append(replace(one, kernel=worn_guide_mode, p=corners))
             else:
                 found.append(one)
         return found
@@ -233,12 +370,10 @@ class WornSlot(WornSides, PinSlotClearance):
 
     @property
     def rounding(self) -> float:  # type: ignore[override]
-        """Radius of the pin [m]."""
         return self.pin_radius
 
     @property
     def deepest(self) -> tuple[str, float]:
-        """Radius of the pin."""
         return "pin_radius", self.pin_radius
 
     def _on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:
@@ -246,7 +381,6 @@ class WornSlot(WornSides, PinSlotClearance):
         return np.asarray(sol.array(f"{self.name}.{contact}offset")[rows] >= 0.0)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact on the worn sides, further ones of the dry joint, and signals."""
         found: list[Contribution] = []
         for one in super().contributions(mechanism):
             if isinstance(one, ContactContribution):

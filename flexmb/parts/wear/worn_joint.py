@@ -1,38 +1,146 @@
-"""Base of joints whose surfaces wear: law of wear, profile, and the wear of a run."""
+"""Wear: its laws, and the base of joints whose surfaces wear, with the wear of a run."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from dataclasses import KW_ONLY, fields, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.display import Shown
 from flexmb.errors import InputError
-from flexmb.fields import field, instance, not_negative, record, several
+from flexmb.fields import Input, count, field, instance, not_negative, positive, record, record_with, several
 from flexmb.model.part import Joint, Part
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.wear.laws import Wear
 
 if TYPE_CHECKING:
     from flexmb.model.law import FrictionLaw
 
+
+# Coefficient of wear [1/Pa] above which a number cannot be one: dry steel has 1e-15 to 1e-11.
+LARGEST_COEFFICIENT = 1e-9
+# Least and largest number of angles: below, a bin is wider than a contact; each step passes all of them.
+FEWEST_BINS, MOST_BINS = 60, 7200
+
+
+@record
+class Wear(Input, Shown):
+    """Base of the laws of wear: coefficients of both surfaces, number of places at which depths are known.
+
+    A `foundation` spreads the wear as the pressure of an elastic layer does that carries the normal force.  Of a layer
+    of the thickness t, Young's modulus E and Poisson's ratio nu on a rigid ground it is (1 - nu) E/((1 + nu) (1 - 2 nu)
+    t): a Winkler foundation.  The force of the contact stays that of the joint's laws.  Equation (16.12) of
+    docs/theory/wear.md.
+
+    Raises
+    ------
+    InputError : coefficients out of range, none or both above 0, too few bins.
+    """
+
+    _: KW_ONLY
+    bearing: float = field("coefficient of the bearing, guide or slot", "1/Pa", not_negative, default=0.0)
+    journal: float = field("coefficient of the journal", "1/Pa", not_negative, default=0.0)
+    bins: int = field(
+        "number of angles or places at which the depth of a surface is known", rule=count(FEWEST_BINS), default=360
+    )
+    width: float | None = field(
+        "width of both surfaces; None: that of the film, or the diameter of the bearing", "m", positive, default=None
+    )
+
+    foundation: float | None = field(
+        "pressure over depth on the surface of a bearing; None: so that it carries the force at the depth of contact",
+        "Pa/m", positive, default=None,
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        name = type(self).__name__
+        for surface in ("bearing", "journal"):
+            k = getattr(self, surface)
+            if k > LARGEST_COEFFICIENT:
+                raise InputError(
+                    f"{name}: {surface} is {k:g} 1/Pa; such coefficients are below {LARGEST_COEFFICIENT:g}. Divide a "
+                    "coefficient without unit by the hardness: 1e-3/2e9 Pa = 5e-13; multiply one in mm^3/(N m) by 1e-9."
+                )
+        if self.bins > MOST_BINS:
+            raise InputError(f"{name}: bins is {self.bins}; give at most {MOST_BINS}, 360 to 720 are usual.")
+        if (self.bearing > 0.0) == (self.journal > 0.0):
+            both = self.bearing > 0.0
+            raise InputError(
+                f"{name}: bearing and journal are {'both above' if both else 'both'} 0; one of the two surfaces wears. "
+                + ("Give the sum of both to the softer one." if both else "Give bearing=..., e.g. 1e-13 1/Pa.")
+            )
+
+    @property
+    def coefficient(self) -> float:
+        """Coefficient of the surface that wears [1/Pa]."""
+        return self.bearing + self.journal
+
+    def load(self, normal: np.ndarray, friction: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of other laws
+        """Force whose work against the slip, times the coefficient, is the worn volume [N].
+
+        Parameters
+        ----------
+        normal, friction : normal force, and friction force of either sign [N].
+        """
+        return normal
+
+
+@record
+class Archard(Wear):
+    """Wear by pressure and slip: a surface that slides by ds under the pressure p loses the depth k p ds.
+
+    The coefficient is k = K/H, of Archard's number K without unit and the hardness H.  The worn volume is k times the
+    integral of the normal force over the slip.  Equation (16.4) of docs/theory/wear.md.
+
+    Raises
+    ------
+    InputError : coefficients out of range, none or both above 0, too few bins.
+
+    Notes
+    -----
+    For wear that is mild and steady; running-in, fragments and heat are left out.
+    Source: J. F. Archard, Contact and rubbing of flat surfaces, Journal of Applied Physics 24 (1953) 981-988.
+
+    Examples
+    --------
+    >>> Archard(bearing=1e-13).coefficient
+    1e-13
+    """
+
+
+@record
+class EnergyWear(Wear):
+    """Wear by the work of friction: the worn volume is the coefficient times that work, spread as the pressure is.
+
+    With a coefficient of friction mu it is `Archard` with mu times this coefficient.  Equation (16.4) of
+    docs/theory/wear.md.
+
+    Raises
+    ------
+    InputError : coefficients out of range, none or both above 0, too few bins.
+
+    Notes
+    -----
+    Source: S. Fouvry, P. Kapsa, L. Vincent, Quantification of fretting damage, Wear 200 (1996) 186-205.
+    """
+
+    def load(self, normal: np.ndarray, friction: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of other laws
+        """Friction force [N], positive."""
+        return np.asarray(np.abs(friction))
+
+
+Kind = TypeVar("Kind", bound="WornJoint")
 # Signals of each contact whose integral is its wear.
 FORCES = ("slip", "normal_force", "friction_force")
 
 
-@dataclass(frozen=True)
+@record_with(eq=False)
 class Worn:
     """Wear of a joint in a run, see `worn_in` of the joint.
-
-    Parameters
-    ----------
-    depths : depth that the surfaces lost (n,), in the order of `depths` of the joint [m].
-    volume : material that they lost [m^3].
-    time : length of the run [s].
-    work : work of the friction of the joint [J].
 
     Notes
     -----
@@ -40,10 +148,10 @@ class Worn:
     material that is lost takes neither energy nor mass out of the balance.
     """
 
-    depths: np.ndarray
-    volume: float
-    time: float
-    work: float
+    depths: np.ndarray = field("depth that the surfaces lost (n,), in the order of `depths` of the joint", "m")
+    volume: float = field("material that they lost", "m^3")
+    time: float = field("length of the run", "s")
+    work: float = field("work of the friction of the joint", "J")
 
 
 @record
@@ -108,7 +216,7 @@ class WornJoint(Part):
 
     @abstractmethod
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
-        """Depths without ridges between neighbours; their sum stays."""
+        """The `depths` without ridges between neighbours; their sum stays."""
 
     @property
     @abstractmethod
@@ -126,7 +234,6 @@ class WornJoint(Part):
 
     @property
     def wearing(self) -> Any:
-        """The joint itself."""
         return self
 
     @property
@@ -198,7 +305,7 @@ class WornJoint(Part):
         return replace(self, wear=wear)
 
 
-def worn(joint: Joint, dry: type[Joint], kind: type[WornJoint], **more: Any) -> Any:
+def worn(joint: Joint, dry: type[Joint], kind: type[Kind], **more: Any) -> Kind:
     """The joint as one of a `kind` that wears, with `more` fields; of `dry` only the class itself wears."""
     if type(joint) is not dry:
         text = f"{joint.label} is a {type(joint).__name__}; only the dry joint {dry.__name__} wears."

@@ -12,8 +12,8 @@ from numbers import Real
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from flexmb import checks
+from flexmb.arguments import parameters
 from flexmb.design.parameters import Model, arguments_of, called, of_function, of_part
-from flexmb.docstrings import parameters
 from flexmb.errors import FlexmbError, InputError, RestitutionWarning
 from flexmb.fields import fields_of
 from flexmb.model.mechanism import Mechanism

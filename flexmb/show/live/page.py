@@ -22,8 +22,8 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.run.simulate import period_or_none
 from flexmb.show.live import messages
-from flexmb.show.live.files import Files, folder_of
 from flexmb.show.live.knobs import LABEL, Knobs
+from flexmb.show.live.messages import Files, folder_of
 from flexmb.show.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
 from flexmb.show.live.studies import Studies
 from flexmb.show.reports.document import Markup, asset, document, embedded

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
-from flexmb.findings.check import Report, check
+from flexmb.findings.check import Report
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.drawing import nearest_to_each
@@ -19,6 +19,7 @@ from flexmb.results.solution import Solution
 from flexmb.run.run import AFTER_BLOCK, Run
 from flexmb.run.simulate import clock, period_or_none, simulate
 from flexmb.show.live.knobs import LABEL, Knob, Knobs, Value
+from flexmb.show.reports.run_page import examined
 
 # Keywords of `simulate` for the length of a run.
 PERIODS, SECONDS = "periods", "t_end"
@@ -199,13 +200,8 @@ class Runner:
     def _examine(self) -> None:
         """Examine the mechanism of the newest view."""
         view = self.latest
-        if view.mechanism is None:
-            return
-        try:
-            report: Report | str = check(view.mechanism)
-        except USER_ERRORS as error:
-            report = f"The examination failed: {error}"
-        self.examined(view.number, report)
+        if view.mechanism is not None:
+            self.examined(view.number, examined(view.mechanism))
 
 
 class _Watch:

@@ -25,9 +25,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from flexmb.errors import USER_ERRORS, InputError
-from flexmb.show.live.files import NAMES, Files
 from flexmb.show.live.knobs import LABEL
-from flexmb.show.live.messages import answer
+from flexmb.show.live.messages import NAMES, Files, answer
 
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")

@@ -18,24 +18,12 @@ from flexmb.errors import InputError
 from flexmb.late import mpl, xr
 from flexmb.model.part import Part, name_of
 from flexmb.results.solution import Solution
+from flexmb.show.pictures import style
 from flexmb.show.pictures.signals import plot_spectrum
-from flexmb.show.pictures.style import (
-    COLOURS,
-    SEQUENTIAL,
-    grid,
-    label_axis,
-    legend_beside,
-    new_figure,
-    panel_of,
-    panels_of,
-    prefixed,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-# Bifurcation diagrams as matplotlib figures
 
 DIAGRAM_SIZE = (9.0, 5.2)  # [inch]
 # Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them.
@@ -74,7 +62,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     parameter = diagram.attrs["parameter"]
     signals = [str(name) for name, pieces in diagram.data_vars.items() if pieces.dims[-2:] == (parameter, "period")]
     checks.one_of("plot_bifurcation", "signal", signal, signals)
-    figure, ax = panel_of(DIAGRAM_SIZE)
+    figure, ax = style.panel_of(DIAGRAM_SIZE)
     pieces: dict[tuple[str, str], list[Any]] = {}
     for direction, row in _rows(diagram):
         values, points = row[parameter].values, row[signal].values
@@ -85,8 +73,8 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     _draw(ax, pieces)
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
-    label_axis(ax.xaxis, parameter, diagram[parameter].attrs.get("units", ""))
-    label_axis(ax.yaxis, signal, diagram[signal].attrs.get("units", ""))
+    style.label_axis(ax.xaxis, parameter, diagram[parameter].attrs.get("units", ""))
+    style.label_axis(ax.yaxis, signal, diagram[signal].attrs.get("units", ""))
     _legend(ax, pieces)
     return figure
 
@@ -128,32 +116,30 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
     size = 4.0 if count < MANY_POINTS else 1.2
     for (verdict, name), listed in pieces_of.items():
         across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
-        style: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
-        style["markeredgewidth"] = 0.0
-        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **style)
+        look: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
+        look["markeredgewidth"] = 0.0
+        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     """Draw the legend: colours of the verdicts, markers of two directions, crosses and dotted lines."""
-    style: dict[str, Any] = {"linestyle": "none", "markersize": 6.0}
+    look: dict[str, Any] = {"linestyle": "none", "markersize": 6.0}
     verdicts = [name for name in VERDICT_COLOURS if name and any(name == verdict for verdict, _ in pieces)]
     line = mpl.lines.Line2D
-    handles = [line([], [], color=VERDICT_COLOURS[name], marker="o", label=name, **style) for name in verdicts]
+    handles = [line([], [], color=VERDICT_COLOURS[name], marker="o", label=name, **look) for name in verdicts]
     directions = sorted({name for _, name in pieces}, reverse=True)
     if len(directions) > 1:
-        handles += [line([], [], color="0.3", marker=MARKERS[name], label=name, **style) for name in directions]
+        handles += [line([], [], color="0.3", marker=MARKERS[name], label=name, **look) for name in directions]
     if any(np.size(one.get_xdata()) for one in ax.lines if one.get_marker() == "x"):
-        handles.append(line([], [], color="black", marker="x", label="failed", **style))
+        handles.append(line([], [], color="black", marker="x", label="failed", **look))
     if any(one.get_linestyle() == ":" for one in ax.lines):
         handles.append(line([], [], color="0.75", linestyle=":", label="seam"))
     if handles:
-        legend_beside(ax, handles=handles)
+        style.legend_beside(ax, handles=handles)
 
-
-# Branches of periodic orbits and basins of attraction as matplotlib figures
 
 ORBITS_SIZE = (8.0, 5.0)  # of a figure [inch]
-STABLE, UNSTABLE = COLOURS[0], COLOURS[1]
+STABLE, UNSTABLE = style.COLOURS[0], style.COLOURS[1]
 
 MARKS = {
     FOLD: ("o", "#e69f00", "fold"),
@@ -191,14 +177,14 @@ def plot_branch(
         raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
     checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
     first = drawn[0]
-    figure, ax = panel_of(ORBITS_SIZE, first.name if title is None else title)
+    figure, ax = style.panel_of(ORBITS_SIZE, first.name if title is None else title)
     labelled: set[str] = set()
     for branch in drawn:
         _draw_branch(ax, branch, signal, value, labelled)
     units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
     ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
-    label_axis(ax.yaxis, ylabel, units)
+    style.label_axis(ax.yaxis, ylabel, units)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
 
@@ -213,9 +199,9 @@ def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, labelled: se
         if k < len(x) and stable[k] == stable[begin]:
             continue
         end = min(k + 1, len(x))  # pieces touch one another
-        name, colour, style = ("stable", STABLE, "-") if stable[begin] else ("unstable", UNSTABLE, "--")
+        name, colour, dashes = ("stable", STABLE, "-") if stable[begin] else ("unstable", UNSTABLE, "--")
         label = None if name in labelled else name
-        ax.plot(x[begin:end], y[begin:end], style, color=colour, linewidth=1.5, label=label)
+        ax.plot(x[begin:end], y[begin:end], dashes, color=colour, linewidth=1.5, label=label)
         labelled.add(name)
         begin = k
     heights = _heights(branch, signal, value, branch.events)
@@ -258,16 +244,16 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     if not isinstance(basin, Basin):
         raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
     count = len(basin.attractors)
-    colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
-    figure, ax = panel_of(ORBITS_SIZE, basin.name if title is None else title)
+    colours = [LOST_COLOUR, OPEN_COLOUR, *(style.COLOURS[k % len(style.COLOURS)] for k in range(count))]
+    figure, ax = style.panel_of(ORBITS_SIZE, basin.name if title is None else title)
     ax.grid(visible=False)  # hidden by the cells
     colour_map, top = mpl.colors.ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
     ax.set_xlim(*_edges(basin.x))
     ax.set_ylim(*_edges(basin.y))
-    label_axis(ax.xaxis, ax_name, ax_unit)
-    label_axis(ax.yaxis, ay_name, ay_unit)
+    style.label_axis(ax.xaxis, ax_name, ax_unit)
+    style.label_axis(ax.yaxis, ay_name, ay_unit)
     for k, points in enumerate(basin.attractors):
         x, y = points[:, basin.places[0]], points[:, basin.places[1]]
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
@@ -285,8 +271,6 @@ def _edges(values: np.ndarray) -> tuple[float, float]:
     half = 0.5 * (high - low) / max(len(values) - 1, 1) or 0.5
     return low - half, high + half
 
-
-# Phase portraits, section points and the convergence of exponents, as matplotlib figures
 
 PORTRAIT_SIZE = (7.0, 5.0)  # of a figure [inch]
 MANY_DOTS = 2000  # number of points above which dots are small
@@ -318,7 +302,7 @@ def plot_phase(
             raise InputError(f"plot_phase: since is {begin:g} s, after the end of the motion. Give an earlier time.")
         values = [v[late] for v in values]
     figure, ax = _figure(data, title)
-    ax.plot(*values, linewidth=0.9, color=COLOURS[0])
+    ax.plot(*values, linewidth=0.9, color=style.COLOURS[0])
     _labels(ax, data, x, y)
     return figure
 
@@ -352,12 +336,12 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     size = 1.0 if data.sizes[axis] >= MANY_DOTS else 9.0
     if y is None:
         numbers = data[axis].values if axis in data.coords else np.arange(data.sizes[axis])
-        ax.scatter(numbers, _signal("plot_section", data, x), s=size, color=COLOURS[0], linewidths=0)
+        ax.scatter(numbers, _signal("plot_section", data, x), s=size, color=style.COLOURS[0], linewidths=0)
         ax.set_xlabel(axis)
-        label_axis(ax.yaxis, x, data[x].attrs.get("units", ""))
+        style.label_axis(ax.yaxis, x, data[x].attrs.get("units", ""))
     else:
         across, up = (_signal("plot_section", data, name) for name in (x, y))
-        ax.scatter(across, up, s=size, color=COLOURS[0], linewidths=0)
+        ax.scatter(across, up, s=size, color=style.COLOURS[0], linewidths=0)
         _labels(ax, data, x, y)
     return figure
 
@@ -381,9 +365,9 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     if history.ndim != 2 or len(history) == 0:
         text = f"plot_exponents: the history of {exponents.name!r} has shape {history.shape}"
         raise InputError(f"{text}; it must hold exponents over time. A run that failed at once has none.")
-    figure, ax = panel_of(PORTRAIT_SIZE, exponents.name if title is None else title)
+    figure, ax = style.panel_of(PORTRAIT_SIZE, exponents.name if title is None else title)
     for k, curve in enumerate(history.T):
-        colour = COLOURS[k % len(COLOURS)]
+        colour = style.COLOURS[k % len(style.COLOURS)]
         value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
         label = f"{value:.4g} ± {error:.2g} {exponents.units}"
         ax.plot(exponents.time, curve, color=colour, linewidth=1.1, label=label)
@@ -396,8 +380,8 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     low, high = min(float(late.min()), 0.0), max(float(late.max()), 0.0)
     ax.set_ylim(low - room, high + room)
     per = exponents.units.partition("/")[2]
-    label_axis(ax.xaxis, "time" if per == "s" else per, "s" if per == "s" else "")
-    label_axis(ax.yaxis, "exponent", exponents.units)
+    style.label_axis(ax.xaxis, "time" if per == "s" else per, "s" if per == "s" else "")
+    style.label_axis(ax.yaxis, "exponent", exponents.units)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
 
@@ -414,16 +398,14 @@ def _signal(label: str, data: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _figure(data: xr.Dataset, title: str | None) -> tuple[Figure, Axes]:
-    return panel_of(PORTRAIT_SIZE, str(data.attrs.get("name", "")) if title is None else title)
+    return style.panel_of(PORTRAIT_SIZE, str(data.attrs.get("name", "")) if title is None else title)
 
 
 def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
     same = data[x].attrs.get("units", "") == data[y].attrs.get("units", "")
-    label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
-    label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)
+    style.label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
+    style.label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)
 
-
-# Pictures of a report on a motion: sections, phase portraits, convergence of the exponents, spectra
 
 HARMONICS = 25.0  # largest frequency of a drawn spectrum, over the frequency of the section
 # Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture.
@@ -456,9 +438,9 @@ def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> 
     rows = np.asarray(measures["relative"].sel(measure=names).values, dtype=np.float64)
     order = np.argsort(np.nan_to_num(np.abs(rows)).max(axis=0))
     size = (3.0 * len(names) + 1.5, 0.5 * len(order) + 1.8)
-    figure, axes = panels_of(size, signal if title is None else title, columns=len(names), sharey=True)
+    figure, axes = style.panels_of(size, signal if title is None else title, columns=len(names), sharey=True)
     for k, (name, ax) in enumerate(zip(names, axes, strict=True)):
-        ax.barh(np.arange(len(order)), rows[k, order], height=0.6, color=COLOURS[k % len(COLOURS)])
+        ax.barh(np.arange(len(order)), rows[k, order], height=0.6, color=style.COLOURS[k % len(style.COLOURS)])
         ax.axvline(0.0, color="black", linewidth=0.8)
         ax.set_title(name.removesuffix(f" of {signal}"))
         ax.set_xlabel("% by 1 % of the parameter")
@@ -571,7 +553,7 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
     profiles = {face.removesuffix("_profile"): rows[f"{name}.{face}"].values for face in faces}
     worn = {face: depths for face, depths in profiles.items() if depths.any()} or dict(list(profiles.items())[:1])
     turns, deepest = rows["turns"].values, np.max([depths.max(axis=1) for depths in worn.values()], axis=0)
-    figure = new_figure(WEAR_SIZE)
+    figure = style.new_figure(WEAR_SIZE)
     cells = figure.add_gridspec(2, 2)
     figure.suptitle(f"{attributes['name']}, {' and '.join(worn)} of {name}" if title is None else title)
     if f"{name}.worn_length" in attributes:
@@ -582,10 +564,10 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
     volume = rows[f"{name}.volume"].values
     for place, column, label, unit in ((0, deepest, "deepest place", "m"), (1, volume, "volume", "m3")):
         ax = figure.add_subplot(cells[place, 1])
-        grid(ax)
-        ax.plot(turns, column, color=COLOURS[0])
-        label_axis(ax.xaxis, "turns", "")
-        label_axis(ax.yaxis, label, unit)
+        style.grid(ax)
+        ax.plot(turns, column, color=style.COLOURS[0])
+        style.label_axis(ax.xaxis, "turns", "")
+        style.label_axis(ax.yaxis, label, unit)
     notes = [str(note) for note in np.atleast_1d(attributes.get("notes", [])) if str(note).startswith(f"{name}:")]
     if notes:
         figure.supxlabel("\n".join(fill(note, NOTE_WIDTH) for note in notes), fontsize="x-small")
@@ -594,7 +576,7 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
 
 def _turns_bar(figure: Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
     """Colours of the turns (turns, 4), with their bar below."""
-    colours = mpl.colormaps[SEQUENTIAL]
+    colours = mpl.colormaps[style.SEQUENTIAL]
     shades = mpl.colors.Normalize(0.0, float(turns[-1]) if len(turns) and turns[-1] > 0.0 else 1.0)
     bar = figure.colorbar(mpl.cm.ScalarMappable(shades, colours), ax=ax, location="bottom", shrink=0.7, pad=0.09)
     bar.set_label("turns")
@@ -603,10 +585,10 @@ def _turns_bar(figure: Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
 
 def _sides(figure: Figure, ax: Any, turns: np.ndarray, along: np.ndarray, profiles: Mapping[str, np.ndarray]) -> None:
     """Profiles (turns, bins) [m] of the upper and the lower side along a guide, coloured by turns."""
-    grid(ax)
+    style.grid(ax)
     colours = _turns_bar(figure, ax, turns)
-    label_axis(ax.xaxis, "place along the guide", "m")
-    label_axis(ax.yaxis, "depth, of the lower side downwards", "m")
+    style.label_axis(ax.xaxis, "place along the guide", "m")
+    style.label_axis(ax.yaxis, "depth, of the lower side downwards", "m")
     for sign, depths in zip((1.0, -1.0), profiles.values(), strict=True):
         for colour, row in zip(colours, depths, strict=True):
             ax.plot(along, sign * row, color=colour, linewidth=1.0)
@@ -617,7 +599,7 @@ def _circles(figure: Figure, ax: Any, turns: np.ndarray, profiles: Mapping[str, 
     largest = max(float(depths.max(initial=0.0)) for depths in profiles.values()) or 1.0
     bins, colours = next(iter(profiles.values())).shape[1], _turns_bar(figure, ax, turns)
     angle = 2.0 * np.pi * np.arange(bins + 1) / bins
-    power, unit = prefixed("m", largest)
+    power, unit = style.prefixed("m", largest)
     tick, texts, depth = [], [], np.zeros(bins)
     for face, depths in profiles.items():
         scale = (-DEEPEST if face == "journal" else DEEPEST) / largest

@@ -183,8 +183,6 @@ def field_limit(scene: Scene, field: str) -> float:
     return float(np.percentile(values, SHARE)) or float(values.max()) or 1.0
 
 
-# Files of films: GIF by Pillow, MP4 by the ffmpeg that comes with imageio-ffmpeg
-
 PALETTE_FRAMES = 8  # number of frames from which the colours of a GIF are chosen
 QUALITY = 8  # quality of an MP4 file, 0 to 10
 

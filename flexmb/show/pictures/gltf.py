@@ -185,8 +185,10 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     if target.suffix.lower() != ".glb":
         raise InputError(f"export_gltf: path is {str(path)!r}; it must end in .glb.")
     require_rows("export_gltf", sol)
-    count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
-    rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
+    rows = drawing.spread_instants(sol, MOST_FRAMES)
+    if frames is not None:
+        along = np.linspace(sol.time[0], sol.time[-1], checks.count("export_gltf", "frames", frames, 2))
+        rows = drawing.nearest_instants(sol, along)
     shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
     content = Export(shown, rows, sol).bytes()
     with whole_file(target, "export_gltf") as part:

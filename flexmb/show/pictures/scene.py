@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Annotation
 
-# Everything that is drawn of a run at some instants: lines, joints, symbols, paths, forces, limits of the axes
-
 Box = tuple[tuple[float, float], tuple[float, float]]  # limits of x and of y [m]
 PER_ELEMENT = 9  # number of points on a beam element
 SHARE = 98.0  # percentile of absolute values at which colours and lengths of arrows end; impacts would dwarf the rest

@@ -85,8 +85,6 @@ def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: s
     ax.fill_between(middle, low, high, facecolor=mpl.colors.to_rgba(look["color"], 0.3), label=label, **rim)
 
 
-# Signals over time or over one another, as a matplotlib figure
-
 WIDTH, PANEL, FRAME = 8.0, 1.9, 0.9  # of the figure, of one panel, of title and axis [inch]
 
 
@@ -252,7 +250,6 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     return figure, axes
 
 
-# Signals beside measured ones
 def columns_of(fit: Any, name: str) -> np.ndarray:
     """Time, measured and computed signal, residual over its noise, (n, 4), with a row of NaN between two pieces."""
     left, computed, time = fit.residuals[name], fit.computed[name].values, fit.residuals["time"].values

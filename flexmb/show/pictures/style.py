@@ -54,7 +54,6 @@ def _has(file: str, character: str) -> bool:
         return False
 
 
-# Figures that are saved into folders which need not exist, and write names in any script
 def new_figure(size: tuple[float, float]) -> Figure:
     """Figure of a size [inch]; saving it makes the folder of the file, drawing it finds fonts for all characters."""
     return _picture()(figsize=size, layout="constrained")

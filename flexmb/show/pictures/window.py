@@ -23,7 +23,6 @@ from flexmb.show.pictures.scene import Scene, box_about, scene_of
 from flexmb.show.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED, words_of
 
 
-# Pictures of VTK files, drawn by pyvista without a display
 def screenshot_vtk(
     source: str | Path, path: str | Path, *, time: float | None = None, field: str = "bending_moment"
 ) -> Path:

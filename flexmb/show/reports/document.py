@@ -25,7 +25,6 @@ from flexmb.dynamics.jobs.files import write_text
 from flexmb.show.pictures.style import COLOURS
 
 
-# HTML whose texts are escaped when it is made
 class Markup(str):
     """Text that is HTML already; any other text is escaped where it enters."""
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from flexmb.display import counted, pretty
-from flexmb.errors import FlexmbError, InputError
+from flexmb.errors import USER_ERRORS, InputError
 from flexmb.findings.check import Report, check
 from flexmb.findings.finding import SEVERITIES
 from flexmb.model.mechanism import Mechanism, described, values_text
 from flexmb.results.contact_intervals import MODES, Episodes
-from flexmb.results.drawing import nearest_instants
+from flexmb.results.drawing import spread_instants
 from flexmb.results.netcdf import ENERGIES
 from flexmb.results.solution import Solution, contact_facts, matching, require_rows
 from flexmb.results.solution import facts as facts_of
@@ -37,7 +37,7 @@ from flexmb.show.reports.document import (
     tag,
     write_page,
 )
-from flexmb.show.reports.scene import fields_of, player, scene
+from flexmb.show.reports.scene import fields_of, player, scene_or_reason
 from flexmb.version import installed_version
 
 # Signals of a page: chosen names, their panels, and curves whose peaks survive in long runs
@@ -340,14 +340,12 @@ def write_run(
 ) -> Path:
     """Write the page of a run; see `flexmb.report`."""
     require_rows("report", sol, drawn=False)
-    names, instants = chosen_names(sol, signals), np.arange(len(sol.time))
-    if len(sol.time) > frames:
-        instants = nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], frames))
+    names, instants = chosen_names(sol, signals), spread_instants(sol, frames)
     instants = instants[np.isfinite(sol.values[instants]).all(axis=1)]
     if len(instants) == 0:
         raise InputError("report: no saved instant is finite. Look at sol.status for the end of the run.")
     known = sol.mechanism if mechanism is None else mechanism
-    moving, missing = _scene(sol, known, instants)
+    moving, missing = scene_or_reason(sol, known, instants)
     data: dict[str, Any] = {"kind": "run", "name": sol.name, "signals": curves(sol, names, instants)}
     data |= {"scene": moving, "journals": clearance_data(sol, instants)}
     heading = sol.name if title is None else title
@@ -357,16 +355,6 @@ def write_run(
     page = tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
     return write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
-
-
-def _scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:
-    """Moving mechanism, or None with the reason why it cannot be drawn."""
-    if not sol.shapes:
-        return None, "The solution has no shapes to draw."
-    try:
-        return scene(sol, mechanism, instants), ""
-    except InputError as error:  # poses that were not saved
-        return None, str(error)
 
 
 def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> Markup:
@@ -387,16 +375,16 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
             energy_section(sol),
             statistics_section(sol),
             _model_section(sol, description),
-            _check_section(_examined(mechanism)),
+            _check_section(examined(mechanism)),
         ]
     )
 
 
-def _examined(mechanism: Mechanism | None) -> Report | str:
+def examined(mechanism: Mechanism | None) -> Report | str:
     """Examination of a mechanism, or the reason why there is none."""
     if mechanism is None:
         return NOT_EXAMINED
     try:
         return check(mechanism)
-    except FlexmbError as error:
+    except USER_ERRORS as error:
         return f"The examination failed: {error}"

@@ -1,4 +1,4 @@
-"""Moving mechanism of a page: frames that carry nodes, shapes, flexible parts, stresses; the player."""
+"""Moving mechanism of a page: frames that carry nodes, shapes, flexible parts, stresses; its player, also of a cell."""
 
 import html
 from collections.abc import Mapping, Sequence
@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.errors import FlexmbError
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
 from flexmb.results import drawing
-from flexmb.results.drawing import GROUND, Surface, parts, pose
+from flexmb.results.drawing import GROUND, Surface, nearest_instants, parts, pose
 from flexmb.results.positions import FlexibleMotion, flexible_motions
 from flexmb.results.solution import Solution
 from flexmb.results.stress import of_beams
-from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, joined, quantised, tag
+from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, document, instants, joined, quantised, tag
 
 
-# Stresses of flexible parts, and meshes with few points
 def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> np.ndarray | None:
     """Largest stress (n, m) of each beam element, >= 0 [Pa], at its ends as of `Solution.stress`."""
     # None where the mechanism is unknown, or a section does not know its outer fibre. Elements stand in the order of
@@ -163,6 +163,18 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     return {**drawn, **nodes.packed(), **fields, **_joint_forces(sol, instants)}
 
 
+def scene_or_reason(
+    sol: Solution, mechanism: Mechanism | None, instants: np.ndarray
+) -> tuple[dict[str, Any] | None, str]:
+    """Moving mechanism, or None with the reason why it cannot be drawn."""
+    if not sol.shapes:
+        return None, "The solution has no shapes to draw."
+    try:
+        return scene(sol, mechanism, instants), ""
+    except FlexmbError as error:  # poses that were not saved
+        return None, str(error)
+
+
 def fields_of(drawn: Mapping[str, Any]) -> list[str]:
     """Fields by which the bodies of a result of `scene` can be coloured: "moment", "axial", "stress"."""
     found = [field for field in ("moment", "axial", "stress") if field in drawn]
@@ -245,3 +257,43 @@ def choices(fields: Sequence[str]) -> Markup:
 def _choice(name: str, label: str, options: dict[str, str], chosen: str) -> Markup:
     made = [tag("option", text, value=value, selected=value == chosen) for value, text in options.items()]
     return tag("label", label, Markup(" "), tag("select", *made, id=name))
+
+
+SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "cell.js")
+FRAMES = (200, 100, 50, 25)  # numbers of frames, of which the first is taken that keeps to `MOST_SIGNS`
+MOST_SIGNS = 200_000  # length of the HTML of a player at most
+HEIGHT = 460  # height of the frame [CSS pixel]
+
+STYLE = """
+body { background: none; }
+.player { height: 100vh; display: flex; flex-direction: column; padding: 10px 12px; }
+.picture { flex: 1; min-height: 0; display: flex; flex-direction: column; }
+#picture { flex: 1; min-height: 0; height: auto; }
+#keys { display: none; }
+"""
+
+
+def cell(sol: Solution) -> Markup:
+    """Frame with the player of a run; empty for a run that cannot be drawn, or whose motion is too long a text."""
+    finite = np.flatnonzero(np.isfinite(sol.values).all(axis=1))
+    for most in FRAMES if sol.shapes and len(finite) else ():
+        frames = finite
+        if len(finite) > most:
+            along = np.linspace(sol.time[finite[0]], sol.time[finite[-1]], most)
+            frames = np.intersect1d(nearest_instants(sol, along), finite)
+        try:
+            made = _framed(sol, frames)
+        except FlexmbError:  # poses that were not saved
+            break
+        if len(made) <= MOST_SIGNS:
+            return made
+    return Markup()
+
+
+def _framed(sol: Solution, frames: np.ndarray) -> Markup:
+    """Frame that holds the page of a player, whose scripts reach nothing outside of it."""
+    drawn = scene(sol, sol.mechanism, frames)
+    data = {"time": instants(sol.time[frames]), "scene": drawn}
+    text = document(sol.name, player(sol, sol.name, fields=fields_of(drawn)), SCRIPTS, data, own=(STYLE, ""))
+    style = f"width: 100%; height: {HEIGHT}px; border: 0"
+    return tag("iframe", srcdoc=text, sandbox="allow-scripts", title=f"Motion of {sol.name}", style=style)

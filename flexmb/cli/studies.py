@@ -1,4 +1,4 @@
-"""`flexmb sweep`: a bifurcation diagram of a mechanism over one parameter."""
+"""Commands that study a motion: `flexmb sweep` over one parameter, `flexmb chaos` by its exponents."""
 
 from __future__ import annotations
 
@@ -10,12 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.cli.arguments.options import Option, keywords_of
+from flexmb.cli.arguments.parser import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
-from flexmb.cli.run import flow_options, require_folder, require_those_of, tell
+from flexmb.cli.run import flow_options, periods_of, require_folder, require_those_of, tell
 from flexmb.dynamics.jobs.files import write_netcdf
+from flexmb.dynamics.report import Plan
+from flexmb.dynamics.sections.maps import StroboscopicMap
 from flexmb.dynamics.sweeps.bifurcation import Family, bifurcation, first_of
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.show.reports.chaos_page import write_chaos
 from flexmb.show.reports.report import report
 from flexmb.units import quantity
 
@@ -23,9 +28,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RANGE = "FROM:TO:NUMBER, e.g. 0.5pi:2.5pi:50, or values with commas between them"
-STEM = "bifurcation"
-# Options that are arguments of `bifurcation`.
-SHARED = ("skip", "keep", "direction", "chunks", "exponent", "store", "resume")
+# Options that are arguments of `bifurcation` and of `chaos.report`.
+ARGUMENTS_OF_BIFURCATION = ("skip", "keep", "direction", "chunks", "exponent", "store", "resume")
+ARGUMENTS_OF_REPORT = ("skip", "keep", "exponents", "series", "samples", "dimension", "recurrence")
 
 
 def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> int:
@@ -43,19 +48,19 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
     known = signals or (first_of(Family(make, parameter, fixed, **solver), values).names if pictures else ())
     for name in pictures:  # before the long run
         checks.one_of("--plot", "signal", name, known)
-    shared = {name: vars(options)[name] for name in SHARED}
+    shared = {name: vars(options)[name] for name in ARGUMENTS_OF_BIFURCATION}
     threads = workers if workers > 1 else None
     given = {"fixed": fixed, "signals": signals, "executor": threads, "progress": not options.quiet, **solver}
     diagram = bifurcation(make, parameter, values, **shared, **given)
-    written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
+    written = [Path(options.store)] if options.store else [write_netcdf(folder / "bifurcation.nc", {"": diagram})]
     if not options.no_plots:
         from flexmb.show.pictures.diagrams import default_signal, plot_bifurcation  # noqa: PLC0415 - when asked for
 
         for name in dict.fromkeys(pictures or [default_signal(diagram)]):
-            written.append(folder / f"{STEM}-{name}.png")
+            written.append(folder / f"bifurcation-{name}.png")
             plot_bifurcation(diagram, name).savefig(written[-1], dpi=150)
     if not options.no_report and (diagram["status"].values != "").any():
-        written.append(report(diagram, folder / f"{STEM}.html"))
+        written.append(report(diagram, folder / "bifurcation.html"))
     bad = ~diagram["ok"].values
     failed = f"{bad.sum()} of {bad.size} points failed; the first one: " if bad.any() else ""
     tell(_summary(diagram), written, failed and failed + diagram["status"].values[bad][0])
@@ -107,3 +112,34 @@ def _summary(diagram: xr.Dataset) -> str:
     head = f"{diagram.attrs['name']}: {len(values)} values of {parameter} from {values.min():.6g} to {values.max():.6g}"
     lines = (f"  {name:<16s}{count}" for name, count in sorted(verdicts.items()))
     return "\n".join([f"{head} {unit}".rstrip(), *lines])
+
+
+def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
+    """`flexmb chaos`: exponents, verdict and estimates from signals, written to files and printed.
+
+    The folder has the short name; options are those of the groups "chaos", "method" and "files".  Returns 0 if the
+    motion was computed to its end, else 1.
+    """
+    folder = Path(options.out or Path("out") / name)
+    require_those_of(options)
+    if options.period is None and not periods_of(mechanism):
+        text = f"Mechanism {mechanism.name!r} has no periodic drive, so the period of the section is unknown"
+        raise InputError(f"{text}. Give the period of the drive, or about that of the motion: --period 1s.")
+    flow = MechanismFlow(mechanism, **flow_options(options))
+    signals = [text.strip() for text in options.signals.split(",")] if options.signals else None
+    shared = {option: vars(options)[option] for option in ARGUMENTS_OF_REPORT}
+    plan = Plan(StroboscopicMap(flow), signals=signals, confirm=not options.no_confirm, **shared)
+    plan = plan.checked("flexmb chaos", "--")
+    require_folder(folder)
+    found = plan.report(progress=not options.quiet)
+    written = [found.to_netcdf(folder / "chaos.nc")]
+    if not options.no_plots:
+        from flexmb.show.pictures.diagrams import plot_report  # noqa: PLC0415 - matplotlib when a picture is asked for
+
+        for file, figure in plot_report(found).items():
+            figure.savefig(folder / file, dpi=150)
+            written.append(folder / file)
+    if not options.no_report and len(found.exponents.points):
+        written.append(write_chaos(found.groups, folder / "chaos.html", None, None))
+    tell(found.text("--"), written, found.trouble)
+    return 0 if found.ok else 1
