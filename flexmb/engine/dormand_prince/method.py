@@ -141,7 +141,7 @@ class DormandPrinceStepper(Stepper):
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
-        code = int(save_between(*run.arguments(options), self.stages))
+        code = int(advance_dormand_prince(*run.arguments(options), self.stages, 0))
         if code not in (RUNNING, BUFFER_FULL):
             run.code = code
 
@@ -170,9 +170,11 @@ def advance_dormand_prince(
     D: Stages,
     steps: int,
 ):
-    """Take at most `steps` steps; RUNNING, or the code of the ending."""
+    """Take at most `steps` steps; RUNNING, or the code of the ending; 0 saves the instants that are still due."""
     discard_factors(flow.reuse)
     record.count.evaluated = NOT_EVALUATED
+    if steps == 0 and options.save_interval > 0.0:
+        return save_between(tables, address, lu, options, flow, trial, work, record, D)
     if D.span.foreign == 1:
         code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)
         if code != RUNNING:

@@ -116,7 +116,7 @@ class RadauStepper(Stepper):
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
-        save_between(*run.arguments(options), self.stages)
+        advance_radau(*run.arguments(options), self.stages, 0)
 
     def saved(self) -> dict[str, np.ndarray]:
         """Stages and factors for the next step, by name."""
@@ -148,9 +148,11 @@ def advance_radau(
     R: Collocation,
     steps: int,
 ):
-    """Take at most `steps` steps; RUNNING, or the code of the ending."""
+    """Take at most `steps` steps; RUNNING, or the code of the ending; 0 saves the instants that are still due."""
     discard_factors(flow.reuse)
     restart_predictor(flow.predictor)
+    if steps == 0 and options.save_interval > 0.0:
+        return save_between(tables, address, lu, options, flow, trial, work, record, R)
     for _ in range(steps):
         if finished(options, flow):
             return DONE

@@ -17,7 +17,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled
@@ -86,7 +85,9 @@ def solve_film(
     if cells >= 2 * COARSEST:  # the film of half of the cells, whose borders move one cell in an iteration
         half = solve_film(eps, a, b, ratio, from_widest=from_widest, pad=pad, cells=cells // 2, layers=layers)
         film = half.pressure[np.minimum(np.arange(1, cells) // 2, len(half.pressure)) - 1] > 0.0
-    P = _non_negative(bands, f.ravel(), film.ravel()).reshape(f.shape)
+    P = np.zeros(f.shape)
+    if not press(bands, f.ravel(), film.ravel(), np.zeros(bands.shape[::-1]), P.ravel()):
+        raise SolveError(f"The part of a finite film with pressure was not found in {MOST_SETS} iterations.")
     weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
     weights[0] *= 0.5
     mean = P @ weights * (s / q[2:-1:2] * turn / cells)
@@ -108,33 +109,54 @@ def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarr
     return np.asarray(bands.reshape(n + 1, m * n))
 
 
-def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndarray:
-    """P >= 0 with A P >= f, equal where P > 0; that set by Newton's method on a function with kinks, from `film` on."""
-    n = len(bands) - 1
+@compiled
+def press(bands, f, film, factor, P):
+    """P >= 0 with A P >= f, equal where P > 0, by Newton's method from the nodes of `film` on; whether it ended."""
+    # bands : upper bands of A, the diagonal last;  film : where P > 0, changed;  factor : (nodes, bands) scratch.
+    # Rows and columns without film are those of the identity in the Cholesky factor.
+    n, nodes, largest = bands.shape[0] - 1, bands.shape[1], 0.0
+    for j in range(nodes):
+        largest = max(largest, abs(f[j]))
     for _ in range(MOST_SETS):
-        own = bands.copy()
-        for k in range(n):  # rows and columns without film are those of the identity
-            own[k, n - k :] *= film[n - k :] & film[: -(n - k)]
-        own[n][~film] = 1.0
-        P: np.ndarray = solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
-        slack = f - _times(bands, P)  # what would press where there is no film
-        now = np.where(film, P > 0.0, slack > ROUND_OFF * np.abs(f).max())
-        if np.array_equal(now, film):
-            return P
-        film = now
-    raise SolveError(f"The part of a finite film with pressure was not found in {MOST_SETS} iterations.")
+        for j in range(nodes):
+            P[j] = 0.0
+            if film[j]:
+                P[j] = factor_column(bands, f[j], film, j, factor, P)
+        for j in range(nodes - 1, -1, -1):
+            if film[j]:
+                P[j] /= factor[j, n]
+                for i in range(max(0, j - n), j):
+                    P[i] -= factor[j, n - j + i] * P[j]
+        same = True
+        for j in range(nodes):
+            load = f[j]  # what would press where there is no film
+            for i in range(max(0, j - n), j + 1):
+                load -= bands[n - j + i, j] * P[i]
+            for i in range(j + 1, min(nodes, j + n + 1)):
+                load -= bands[n - i + j, i] * P[i]
+            now = P[j] > 0.0 if film[j] else load > ROUND_OFF * largest
+            same = same and now == film[j]
+            film[j] = now
+        if same:
+            return True
+    return False
 
 
-def _times(bands: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Product of a symmetric matrix in upper bands with x."""
-    n = len(bands) - 1
-    y: np.ndarray = bands[n] * x
-    for k in range(n):
-        d = n - k
-        if bands[k].any():
-            y[:-d] += bands[k, d:] * x[d:]
-            y[d:] += bands[k, d:] * x[:-d]
-    return y
+@compiled
+def factor_column(bands, load, film, j, factor, P):
+    """Write column j of the Cholesky factor; the unknown of the forward substitution, from those before."""
+    n = bands.shape[0] - 1
+    first = max(0, j - n)
+    for i in range(first, j + 1):
+        entry = bands[n - j + i, j] if film[i] else 0.0
+        if film[i]:
+            for k in range(max(first, i - n), i):
+                entry -= factor[i, n - i + k] * factor[j, n - j + k]
+            entry = entry / factor[i, n] if i < j else math.sqrt(entry)
+        factor[j, n - j + i] = entry
+        if i < j:
+            load -= entry * P[i]
+    return load / factor[j, n]
 
 
 @lru_cache(maxsize=64)
