@@ -131,10 +131,10 @@ def started(links):
 
 
 def test_work_grows_as_the_chain_does():
-    started(30)
-    small, large = (calls_of(lambda n=n: started(n)) for n in (50, 200))
+    started(60)
+    small, large = (calls_of(lambda n=n: started(n)) for n in (100, 400))
     assert large <= 4.2 * small
-    assert large / 800 < 110.0  # calls an element, everything included
+    assert large / 1600 < 110.0  # calls an element, everything included
 
 
 @pytest.mark.slow
