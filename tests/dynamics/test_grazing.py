@@ -130,7 +130,7 @@ def test_the_same_way_back():
 
 def test_the_doubled_orbit_of_a_branch_that_passes_grazing():
     # at w = .35 two impacts a period; the flip lies before the grazing at which one of them is lost
-    orbit = fm.chaos.periodic_orbit(oscillator(1.04, w=0.35), settle=25)
+    orbit = fm.chaos.periodic_orbit(oscillator(1.04, w=0.35), settle=60)
     branch = fm.chaos.follow(orbit, "A", (None, 0.94), largest=0.2)
     assert kinds(branch) == ["flip", "grazing"]
     doubled = branch.switch(0)

@@ -232,7 +232,7 @@ def test_mesh_goes_through_json_and_files(tmp_path):
 
 def test_degrees_of_freedom_count_the_body_once():
     """Rotations that nodes of the mesh do not have are no joints: a pendulum has one degree of freedom."""
-    report = fm.check(hung(bar(cells=(4, 1))))
+    report = fm.check(hung(bar()))
     assert (report.freedom, report.gruebler, report.joints) == (1, 1, ("O",))
 
 
