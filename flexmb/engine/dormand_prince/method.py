@@ -170,10 +170,10 @@ def advance_dormand_prince(
     D: Stages,
     steps: int,
 ):
-    """Take at most `steps` steps; RUNNING, or the code of the ending; 0 saves the instants that are still due."""
+    """Take at most `steps` steps; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     record.count.evaluated = NOT_EVALUATED
-    if steps == 0 and options.save_interval > 0.0:
+    if steps == 0 and options.save_interval > 0.0:  # instants for which the buffer had no room
         return save_between(tables, address, lu, options, flow, trial, work, record, D)
     if D.span.foreign == 1:
         code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)

@@ -148,10 +148,10 @@ def advance_radau(
     R: Collocation,
     steps: int,
 ):
-    """Take at most `steps` steps; RUNNING, or the code of the ending; 0 saves the instants that are still due."""
+    """Take at most `steps` steps; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     restart_predictor(flow.predictor)
-    if steps == 0 and options.save_interval > 0.0:
+    if steps == 0 and options.save_interval > 0.0:  # instants for which the buffer had no room
         return save_between(tables, address, lu, options, flow, trial, work, record, R)
     for _ in range(steps):
         if finished(options, flow):

@@ -111,7 +111,7 @@ def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarr
 
 @compiled
 def press(bands, f, film, factor, P):
-    """P >= 0 with A P >= f, equal where P > 0, by Newton's method from the nodes of `film` on; whether it ended."""
+    """Pressure P >= 0 with A P >= f, equal where P > 0, by Newton's method; True for an end of its iterations."""
     # bands : upper bands of A, the diagonal last;  film : where P > 0, changed;  factor : (nodes, bands) scratch.
     # Rows and columns without film are those of the identity in the Cholesky factor.
     n, nodes, largest = bands.shape[0] - 1, bands.shape[1], 0.0
@@ -144,7 +144,7 @@ def press(bands, f, film, factor, P):
 
 @compiled
 def factor_column(bands, load, film, j, factor, P):
-    """Write column j of the Cholesky factor; the unknown of the forward substitution, from those before."""
+    """Write column j of the Cholesky factor; unknown j of the forward substitution."""
     n = bands.shape[0] - 1
     first = max(0, j - n)
     for i in range(first, j + 1):
