@@ -69,6 +69,18 @@ def _sources(folder: str) -> list[Source]:
     return [Source(path, text, ast.parse(text, path)) for path, text in texts]
 
 
+@pytest.fixture(params=["fewer states", pytest.param("all states", marks=pytest.mark.slow)])
+def states(request, monkeypatch):
+    """`check_part` at half of the random states of pieces, at a sixth of those of laws and controls, of every size.
+
+    All of them in slow tests, and where the states themselves are tested.
+    """
+    if request.param == "fewer states":
+        monkeypatch.setattr("flexmb.testing.bench.MAGNITUDES", (1e-3, 0.3))
+        monkeypatch.setattr("flexmb.testing.constraints.ROUNDS", 2)
+        monkeypatch.setattr("flexmb.testing.elements.ROUNDS", 1)
+
+
 @pytest.fixture(scope="session")
 def browser():
     """A browser without a window; tests that need one are skipped where there is none."""

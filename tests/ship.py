@@ -35,11 +35,11 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--wheel", type=Path)
-    parser.add_argument("--kernels", action="store_true", help="compile the kernels alone, for this machine")
+    parser.add_argument("--parts", action="store_true", help="compile kernels and parts alone, for this machine")
     options = parser.parse_args()
     sys.path.insert(0, str(ROOT))
     if options.folder is None:
-        compile_kernels() if options.kernels else compile_here()
+        compile_parts() if options.parts else compile_here()
         return 0
     cpu = PORTABLE_PROCESSORS.get(platform.machine())
     if cpu is None:
@@ -96,30 +96,46 @@ def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
 
 
 def compile_all() -> None:
-    """Compile all kernels and loops."""
-    for run in (compile_kernels, *runs()):
-        run()
+    """Compile all kernels, parts and loops."""
+    compile_parts()
+    compile_loops()
 
 
 def compile_here() -> None:
-    """Compile all for this machine: kernels and two of the loops in processes of their own, which share the cache."""
+    """Compile all for this machine: loops here, kernels and parts in another process, which shares the cache.
+
+    A piece of code is lowered once in each process that compiles with it, so loops stay together, and so do kernels and
+    the helpers of kernels.
+    """
     from flexmb.engine.compiled import ahead
     from flexmb.engine.dormand_prince.method import advance_dormand_prince
+    from flexmb.engine.newmark.method import advance
     from flexmb.engine.radau.method import advance_radau
     from flexmb.engine.step.runge_kutta import advance_explicit
 
-    ahead.start(advance_radau, advance_dormand_prince, advance_explicit)
-    with subprocess.Popen([sys.executable, __file__, "--kernels"]) as second:
-        for run in runs():
-            run()
+    loops = advance, advance_radau, advance_dormand_prince, advance_explicit
+    ahead.asked.update(f"{one.__module__}.{one.__qualname__}" for one in loops)  # no process for each
+    with subprocess.Popen([sys.executable, __file__, "--parts"]) as second:
+        compile_loops()
     if second.returncode:
-        sys.exit("The kernels could not be compiled; see above.")
+        sys.exit("Kernels and parts could not be compiled; see above.")
 
 
-def compile_kernels() -> None:
-    """Compile every kernel of the package."""
+def compile_loops() -> None:
+    """Compile the loops, by short runs."""
+    for run in runs():
+        run()
+
+
+def compile_parts() -> None:
+    """Compile every kernel of the package, and what Python calls of it for each built-in part."""
+    import flexmb as fm
+
     for kernel in kernels():
         _ = kernel.address
+    parts = runpy.run_path(str(ROOT / "tests" / "parts" / "test_check_part.py"))["BUILT_IN"]
+    for mechanism, _ in parts.values():
+        fm.compile(mechanism)
 
 
 def kernels() -> Iterator[Any]:
@@ -134,7 +150,7 @@ def kernels() -> Iterator[Any]:
 
 
 def runs() -> list[Callable[[], Any]]:
-    """Short runs that call every compiled function that Python calls; what is slowest to compile comes first."""
+    """Short runs that call every compiled function of a run that Python calls."""
     import flexmb as fm
 
     ideal, crank = fm.mechanisms.slider_crank(), fm.mechanisms.slider_crank(clearance=5e-4)
@@ -142,7 +158,6 @@ def runs() -> list[Callable[[], Any]]:
     rod = runpy.run_path(str(ROOT / "examples" / "spin_up.py"))["spinning_beam"]()
     lugre = fm.mechanisms.slider_crank(clearance=5e-4, friction=fm.friction.LuGre(static=0.12, kinetic=0.1))
     short = {"t_end": 1e-5, "step": 1e-6}
-    parts = runpy.run_path(str(ROOT / "tests" / "parts" / "test_check_part.py"))["BUILT_IN"]
     return [
         lambda: fm.simulate(worn, t_end=1e-5),
         lambda: carry(lugre),
@@ -153,7 +168,6 @@ def runs() -> list[Callable[[], Any]]:
         own_equation,
         lambda: fm.static_equilibrium(rod),
         lambda: fm.modes(rod),
-        *(lambda mechanism=mechanism: fm.compile(mechanism) for mechanism, _ in parts.values()),
     ]
 
 

@@ -106,6 +106,7 @@ def test_power_of_the_film_is_the_work_that_its_forces_take(name):
         assert signals(worn_film_signal, p, 0, q, v)[[5, 6]] == pytest.approx(-r[3:5])
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize("surface", ["bearing", "journal"])
 def test_tangents_of_worn_films(name, surface):

@@ -133,6 +133,7 @@ def test_a_pin_at_its_border_touches_the_side_and_never_cuts_it(name):
             assert free.min() == pytest.approx(0.0, abs=1e-17)
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize("kind", ["guide", "slot"])
 def test_tangents_of_worn_sides(name, kind):

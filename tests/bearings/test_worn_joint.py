@@ -117,6 +117,7 @@ def test_friction_of_a_half_bearing_that_fits_has_four_over_pi_of_the_arm():
     assert arm == pytest.approx(4.0 / math.pi, rel=5e-3)
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize("surface_that_wears", ["bearing", "journal"])
 def test_tangents_of_worn_contacts(name, surface_that_wears):

@@ -216,7 +216,7 @@ def test_cells_that_bend():
         assert not [one for one in fm.check(cantilever(mesh)).findings if one.code == "coarse-cells"]
 
 
-@pytest.mark.parametrize("cells", [10, 20])
+@pytest.mark.parametrize("cells", [10, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_plate_of_many_coordinates(cells):
     """291 and 591 coordinates: the second mode of a cantilever beam, 22.03 sqrt(EI/rho A)/L^2 with shear, is told."""
     sol = fm.simulate(cantilever(fm.meshes.rectangle(1.0, 0.1, cells, 2), force=100.0), t_end=0.2, signals=[])

@@ -279,6 +279,7 @@ def pair(shape, **given):
     return fm.Mechanism("pair", [one, other, part])
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("shape", [*SHAPES, "point"])
 @pytest.mark.parametrize("given", [{"friction": RUBBING}, {"normal": NORMAL, "friction": RUBBING, "start": "open"}])
 def test_contracts(shape, given):

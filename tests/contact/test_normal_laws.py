@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -89,6 +89,7 @@ def test_both_forms_meet_where_the_series_begins():
     assert abs(np.diff(back, 3)).max() < 1e-14  # third differences: 1e-17 of the curve, the rest is round-off
 
 
+@settings(max_examples=30)
 @given(chi=st.floats(1e-6, 6.0))
 def test_balance_of_work(chi):
     """Both sides of m v dv/(1 + chi v) = -F d(depth), by quadrature: in with the speed 1, out with e."""

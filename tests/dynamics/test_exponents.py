@@ -254,7 +254,7 @@ def test_conservative_exponents_come_in_pairs():
     ("make", "options"),
     [
         pytest.param(systems.henon, {"skip": 500, "periods": 20000}, marks=pytest.mark.slow),
-        (lambda: systems.lorenz(rtol=1e-10), {"skip": 20.0, "duration": 100.0, "interval": 0.5}),
+        (lambda: systems.lorenz(rtol=1e-10), {"skip": 10.0, "duration": 50.0, "interval": 0.5}),
         pytest.param(
             lambda: fm.chaos.StroboscopicMap(systems.pendulum()), {"skip": 50, "periods": 150}, marks=pytest.mark.slow
         ),

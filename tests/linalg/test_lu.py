@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexmb.engine.linalg.dense import PivotingSolver
@@ -285,6 +285,7 @@ def graphs():
     )
 
 
+@settings(max_examples=40)
 @given(graphs())
 def test_constraints_come_after_their_coordinates(frame):
     order = elimination_order(frame.blocks, frame.edges, frame.last).tolist()

@@ -158,7 +158,7 @@ def test_what_is_typed_stays_while_runs_go_on(tab_of, crank_page):
     tab.get_by_label("Go on after the end").check()
     begun = tab.evaluate("flexmbLive.frames")
     tab.locator("#knob-speed").fill("")
-    tab.locator("#knob-speed").press_sequentially("123.5", delay=300)
+    tab.locator("#knob-speed").press_sequentially("123.5", delay=150)
     assert tab.evaluate("flexmbLive.frames") > begun + 2  # runs have arrived meanwhile
     tab.locator("#knob-speed").press("Enter")
     until(tab, "flexmbLive.run.values.speed === 123.5")
@@ -321,8 +321,14 @@ def test_a_diagram_paints_and_a_click_opens_its_run(tab_of, crank_page):
     until(tab, "flexmbLive.run.values.speed === 250")
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(
+    ("width", "height", "theme"),
+    [
+        (*SIZES[0], "light"),
+        (*SIZES[1], "dark"),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((*SIZES[0], "dark"), (*SIZES[1], "light"))),
+    ],
+)
 def test_nothing_is_cut_or_covered(tab_of, layout_faults, width, height, theme):
     with fm.explore(nine_bar, fixed={"clearance": 5e-4}, periods=0.5, open=False, block=False) as page:
         tab = tab_of(page, "", width, height, color_scheme=theme)
@@ -349,7 +355,7 @@ def test_keys_alone_reach_everything(tab_of, crank_page):
 def test_many_random_changes_leave_no_element_behind(tab_of, crank_page):
     tab = tab_of(crank_page)
     counts = []
-    for k in range(60):
+    for k in range(25):
         place = int(1000 * math.fmod(0.618 * k, 1.0))
         tab.evaluate(
             "(place) => { const k = flexmbLive.values.knobs.get('speed'); k.slider.value = place;"

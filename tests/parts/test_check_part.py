@@ -432,18 +432,6 @@ LAWS = {
 """Name -> (normal law, friction law)."""
 
 
-@pytest.fixture(params=["fewer states", pytest.param("all states", marks=pytest.mark.slow)])
-def states(request, monkeypatch):
-    """Half of the random states of pieces, a third of those of laws and controls: small and large ones of each kind.
-
-    All of them in slow tests, and where the states themselves are tested.
-    """
-    if request.param == "fewer states":
-        monkeypatch.setattr("flexmb.testing.bench.MAGNITUDES", (1e-3, 0.3))
-        monkeypatch.setattr("flexmb.testing.constraints.ROUNDS", 4)
-        monkeypatch.setattr("flexmb.testing.elements.ROUNDS", 2)
-
-
 def keeps_its_contracts(mechanism, part):
     report = check_part(mechanism, part)
     assert max(check.error for check in report.checks) < 1e-6

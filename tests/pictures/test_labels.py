@@ -41,13 +41,18 @@ class Declared(Exception):
 
 
 def of_example(path, monkeypatch):
-    """The first mechanism that an example simulates, loads or examines."""
+    """The first mechanism that an example simulates, loads or examines, or from which a search begins."""
 
     def stop(mechanism, *args, **keywords):
         raise Declared(mechanism)
 
+    def stop_search(make, bounds, *args, start=None, **keywords):
+        raise Declared(make(**{name: sum(ends) / 2.0 for name, ends in bounds.items()} | (start or {})))
+
     for name in ("simulate", "steps", "static_equilibrium"):
         monkeypatch.setattr(fm, name, stop)
+    for name in ("fit", "optimise"):
+        monkeypatch.setattr(fm.design, name, stop_search)
     monkeypatch.setattr(fm.chaos, "MechanismFlow", stop)
     try:
         runpy.run_path(str(path), run_name="__main__")

@@ -76,6 +76,7 @@ def test_flight_and_rotation_are_not_damped(make):
     assert sol.peak("energy.residual").value < 1e-6 * kinetic[0]
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("pins", [("left", "right"), ("left",)])
 def test_kernels_agree_with_differences(pins):
     cells = fm.meshes.rectangle(LENGTH, 0.02, 2, 1)

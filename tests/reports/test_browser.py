@@ -173,8 +173,15 @@ def test_deformation_is_magnified(opened, run_page, slider_crank):
     assert off_chord() == pytest.approx(100 * once, rel=1e-6)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("width", "height", "scheme"),
+    [
+        (1280, 800, "light"),
+        (390, 844, "dark"),
+        pytest.param(1280, 800, "dark", marks=pytest.mark.slow),
+        pytest.param(390, 844, "light", marks=pytest.mark.slow),
+    ],
+)
 def test_nothing_overlaps_or_is_cut(opened, layout_faults, run_page, width, height, scheme):
     page = opened(run_page.path, width, height, color_scheme=scheme)
     assert layout_faults(page) == []

@@ -35,7 +35,7 @@ def same(one, other):
 @pytest.mark.parametrize(
     ("run", "kills"),
     [
-        (crank, 16),
+        (crank, 6),
         pytest.param(servo, 4, marks=pytest.mark.slow),
         pytest.param(crank, 200, marks=pytest.mark.slow),
         pytest.param(servo, 200, marks=pytest.mark.slow),

@@ -176,12 +176,12 @@ def test_exponents_have_a_panel_of_their_own(results, tmp_path):
 
 
 def test_failed_values_are_marked_and_have_no_points(results):
-    plate = DIAGRAMS[23]
-    broken = {run: results[run].assign(ok=("clearance", [True, False])) for run in plate.runs}
+    plate = DIAGRAMS[44]
+    broken = {run: results[run].assign(ok=("speed", [True, False])) for run in plate.runs}
     figure, _ = plate.draw(broken)
     crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
-    assert [line.get_xdata().tolist() for line in crosses] == [[pytest.approx(0.5)]]
-    assert all(line.get_xdata().max() < 0.1 for _, line in lines_of(figure))
+    assert [line.get_xdata().tolist() for line in crosses] == [[pytest.approx(2.5)]]
+    assert all(line.get_xdata().max() < 1.0 for _, line in lines_of(figure))
 
 
 def test_every_signal_is_one_of_the_run(results):

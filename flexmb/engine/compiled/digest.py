@@ -37,6 +37,7 @@ FAILURES = (
 )  # fmt: skip
 
 Parts = bytes | tuple[str, Sequence[Any]]
+SIMPLE = {type(None), bool, int, float, complex, str, bytes}  # classes of most values, which contain no others
 
 
 def digest(value: Any) -> str:
@@ -58,7 +59,9 @@ class _Feed:
 
     def add(self, value: Any, above: tuple[int, ...]) -> None:
         """Add `value`; `above` are the ids of the objects that contain it."""
-        if isinstance(value, FunctionType | type) and is_of_user(_home(value)):
+        if type(value) in SIMPLE:
+            self.content(_simple(value), ())
+        elif isinstance(value, FunctionType | type) and is_of_user(_home(value)):
             number = self._numbers.setdefault(id(value), len(self.shared))
             if number == len(self.shared):
                 self.shared.append(value)

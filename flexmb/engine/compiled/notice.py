@@ -51,11 +51,9 @@ STAGES: dict[str, dict[str, float]] = {
     "the explicit time loop": {"flexmb.engine.step.runge_kutta.advance_explicit": 13.8},
     "the time loop of Radau's method": {
         "flexmb.engine.radau.method.advance_radau": 18.8,
-        "flexmb.engine.radau.method.save_between": 7.6,
     },
     "the time loop of Dormand and Prince": {
         "flexmb.engine.dormand_prince.method.advance_dormand_prince": 17.1,
-        "flexmb.engine.dormand_prince.method.save_between": 10.1,
     },
     "the loop of exponents": {
         "flexmb.engine.sensitivity.linearise.linearise": 10.1,

@@ -50,6 +50,8 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
     """Take at most `steps` steps; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     record.count.evaluated = NOT_EVALUATED
+    if steps == 0 and options.save_interval > 0.0:  # instants for which the buffer had no room
+        return save_between(tables, address, lu, options, flow, trial, work, record, D)
     if D.span.foreign == 1:
         code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)
         if code != RUNNING:
@@ -211,7 +213,7 @@ class DormandPrinceStepper(Stepper):
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
-        code = int(save_between(*run.arguments(options), self.stages))
+        code = int(advance_dormand_prince(*run.arguments(options), self.stages, 0))
         if code not in (RUNNING, BUFFER_FULL):
             run.code = code
 

@@ -68,6 +68,8 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
     """Take at most `steps` steps; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     restart_predictor(flow.predictor)
+    if steps == 0 and options.save_interval > 0.0:  # instants for which the buffer had no room
+        return save_between(tables, address, lu, options, flow, trial, work, record, R)
     for _ in range(steps):
         if finished(options, flow):
             return DONE
@@ -242,7 +244,7 @@ class RadauStepper(Stepper):
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
-        save_between(*run.arguments(options), self.stages)
+        advance_radau(*run.arguments(options), self.stages, 0)
 
     def saved(self) -> dict[str, np.ndarray]:
         """Stages and factors for the next step, by name."""

@@ -146,11 +146,11 @@ def test_floor_of_white_noise():
         # Grassberger and Procaccia (1983): Henon 1.21 +- 0.01 (1.25 +- 0.02 extrapolated), Lorenz 2.05 +- 0.01; an
         # interval, a circle, a torus: 1, 1, 2; Sprott (2003): Rossler 1.99 +- 0.08
         ("henon x", 1.22, 0.06),
-        ("henon y", 1.22, 0.06),
+        pytest.param("henon y", 1.22, 0.06, marks=pytest.mark.slow),
         ("logistic", 1.0, 0.1),
         ("lorenz x", 2.05, 0.12),
-        ("lorenz y", 2.05, 0.12),
-        ("lorenz z", 2.05, 0.15),
+        pytest.param("lorenz y", 2.05, 0.12, marks=pytest.mark.slow),
+        pytest.param("lorenz z", 2.05, 0.15, marks=pytest.mark.slow),
         ("rossler x", 1.99, 0.2),
         ("sine", 1.0, 0.05),
         ("two sines", 2.0, 0.2),
@@ -162,7 +162,9 @@ def test_published_dimension(signals, name, dimension, tolerance):
     assert abs(found.value - dimension) < tolerance, found.status
 
 
-@pytest.mark.parametrize("name", ["period 2", "period 4", "period 3"])
+@pytest.mark.parametrize(
+    "name", ["period 2", *(pytest.param(n, marks=pytest.mark.slow) for n in ("period 4", "period 3"))]
+)
 def test_cycle_of_a_map_has_dimension_0(signals, name):
     assert fm.chaos.correlation_dimension(signals[name][0]).value == 0.0
 

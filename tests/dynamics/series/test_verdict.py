@@ -105,7 +105,7 @@ def test_lorenz_and_rossler_sections_are_chaotic(signals):
 
 
 @pytest.mark.parametrize(("rotation", "coupling"), [(GOLDEN, 0.0), (GOLDEN, 0.8), (0.3337, 0.3), (math.pi / 10, 0.5)])
-@pytest.mark.parametrize("count", [200, 250, 500, 1000])
+@pytest.mark.parametrize("count", [200, *(pytest.param(n, marks=pytest.mark.slow) for n in (250, 500)), 1000])
 def test_closed_curves_through_all_signals(maps, rotation, coupling, count):
     angle = maps["circle"](count, rotation, coupling)
     points = np.column_stack([np.cos(angle), 0.1 * np.sin(angle) + 5.0, np.cos(angle) + 0.3 * np.sin(2.0 * angle)])
