@@ -107,7 +107,7 @@ def test_a_stiff_spring_does_not_set_the_step(stiffness):
 
 @pytest.mark.parametrize("mass", [1e-2, 1e-6])
 def test_what_creeps_is_as_accurate_as_asked_for(mass):
-    """m x'' + c x' + k x = 0 with c^2 >> k m: the damper makes speeds stiff, and the place creeps back in c/k = 0.1 s."""
+    """m x'' + c x' + k x = 0 with c^2 >> k m: speeds are stiff, and the place creeps back in c/k = 0.1 s."""
     body = fm.RigidBody("body", at=(0.1, 0.0), mass=mass, inertia=1.0)
     ends = {"at": (-1.0, 0.0), "to": body.at, "free_length": 1.0}
     spring = fm.SpringDamper("spring", fm.GROUND, body, **ends, stiffness=1e3, damping=100.0)
