@@ -177,8 +177,8 @@ def judge(
     -------
     The verdict.  Its `evidence` holds, as far as they were computed, "points", "signals" (used), "k", "since",
     "shrink", "growth", "drift" (a point), "level" (difference of means over deviation), "loudness" (ratio of
-    deviations), "swelling" (of quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".  Points that
-    are not finite make the verdict inconclusive.
+    deviations), "swelling" (of quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".
+    Points that are not finite make the verdict inconclusive.
 
     Raises
     ------
