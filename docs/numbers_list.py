@@ -85,6 +85,7 @@ engine.energy.LEAST_CONTACT_FRACTION | 1 | energy turned over | from here on con
 engine.energy.UNCHANGED | 1 | kinetic energy of a group of bodies | change up to which it had no part in the motion
 engine.energy.COORDINATE_ROUND_OFF | 1 | coordinates | round-off of a coordinate
 engine.energy.LEAST_RATE_POWER | 1 | power of dampers | part of it from which differences of rates count
+engine.energy.LEAST_ENERGY | J | nothing | energy below which its parts lack digits
 engine.energy.STEPS_BEFORE_CHECK | steps | nothing | steps before the first verdict on energies
 engine.energy.energy_scale#1e-06 | 1 | energy of heights | part of it that counts as turned over
 engine.energy.energy_supplied#1e-06 | 1 | energy of heights | part of it that counts as put in

@@ -216,12 +216,12 @@ class Approach(NamedTuple):
     left: float
 
 
-def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
-    """The shortest cycle that points approach; None: no cycle."""
+def find_approach(scaled: np.ndarray, spread: float, longest: int = LONGEST) -> Approach | None:
+    """The shortest cycle, of at most `longest` points, that points approach; None: no cycle."""
     # The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of
     # the spread of the points in the last third. Points (n, m) and the extent `spread` are in tolerances.
     count = len(scaled)
-    for k in range(1, longest_cycle(count) + 1):
+    for k in range(1, min(longest, longest_cycle(count)) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
         thirds = [np.array([third.max(), np.median(third)]) for third in np.array_split(steps, 3)]
         shrink = all((b <= a / 1.5).all() for a, b in pairwise(thirds))

@@ -39,6 +39,7 @@ MEANING = {
     "zero_one": "0-1 test: 0 regular, 1 chaotic", "separation": "separation of neighbours: 0 stay together, 1 part",
     "k": "points of the cycle", "since": "first point on the cycle",
     "shrink": "factor by which steps shrink from point to point",
+    "growth": "factor by which steps grow from point to point",
     "level": "change of the means between the halves, in deviations",
     "loudness": "change of the deviations between the halves",
     "swelling": "change of the amplitude, first to last quarter",
@@ -132,7 +133,8 @@ def judge(
     3. Transient, drift: a signal changes by the same amount from point to point, exactly (a cycle may be on top) or in
        the means of sixteen blocks, of whose mean square a line explains 95 %.  An angle ("rad") counts modulo 2 pi, so
        a rotation drifts only if the record is shorter than a turn.
-    4. Transient, change: the means of the halves differ by more than the larger standard deviation, or the deviations
+    4. Transient, growth: steps grow from third to third of the record, as in a linear instability.
+       Transient, change: the means of the halves differ by more than the larger standard deviation, or the deviations
        by more than a factor 3 (of means and deviations or of medians and quartiles, the smaller result counts).  Or
        neighbours part in one half and stay together in the other.  Or a regular motion swells or shrinks from quarter
        to quarter, by more than 5 % in all.  Random walks, as of the action in a chaotic sea, are transient, too.
@@ -174,9 +176,9 @@ def judge(
     Returns
     -------
     The verdict.  Its `evidence` holds, as far as they were computed, "points", "signals" (used), "k", "since",
-    "shrink", "drift" (a point), "level" (difference of means over deviation), "loudness" (ratio of deviations),
-    "swelling" (of quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".  Points that
-    are not finite make the verdict inconclusive.
+    "shrink", "growth", "drift" (a point), "level" (difference of means over deviation), "loudness" (ratio of
+    deviations), "swelling" (of quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".
+    Points that are not finite make the verdict inconclusive.
 
     Raises
     ------
@@ -280,6 +282,12 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     drifts = _drifts(columns, evidence)
     if drifts is not None:
         return drifts
+    growth = find_approach(scaled[::-1], spread, longest=1)  # backwards growth is an approach
+    if growth is not None and growth.rate > 0.0:
+        evidence["growth"] = 1.0 / growth.rate
+        text = f"The motion grows: steps from point to point become larger by {evidence['growth']:.4g} each"
+        advice = "Neighbours part as in any unstable motion, which is no chaos: give it what bounds it"
+        return Verdict("transient", f"{text}. {advice}, or take more points.", 0, evidence)
     level, loudness = halves_differ(columns.values, tolerances)
     evidence["level"], evidence["loudness"] = level, loudness
     if level <= 1.0 and loudness <= 3.0:

@@ -147,6 +147,7 @@ COORDINATE_ROUND_OFF = 1e-14  # round-off of a coordinate relative to its size, 
 LEAST_RATE_POWER = 1e-8
 # Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion.
 UNCHANGED = 1e-9
+LEAST_ENERGY = 1e-290  # energy below which its smallest parts are no numbers of full precision [J]
 STEPS_BEFORE_CHECK = 1000  # number of steps before the first check: at first, a soft start has turned over nothing
 
 
@@ -348,14 +349,15 @@ def energy_scale(ledger, balance):
     """Scale of energies [J], to which residuals are relative: energy turned over, kinetic and strain energy."""
     # The potential of gravity has an arbitrary level; it and forces at rest enter by their round-off alone.
     seen = ledger[TURNED_OVER] + abs(ledger[KINETIC]) + abs(ledger[STRAIN]) - (1.0 - UNCHANGED) * balance.idle
-    return seen + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
+    return seen + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT + LEAST_ENERGY
 
 
 @compiled
 def energy_supplied(ledger, balance):
     """Supplied energy [J]: kinetic and strain energy at the start, work of gravity, works of drives and loads."""
     given = balance.supplied - (1.0 - UNCHANGED) * balance.idle
-    return given + balance.gravity_change + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
+    given += balance.gravity_change + 1e-6 * abs(ledger[GRAVITY])
+    return given + balance.round_off / RESIDUAL_LIMIT + LEAST_ENERGY
 
 
 @compiled

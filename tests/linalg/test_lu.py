@@ -13,6 +13,7 @@ from flexmb.engine.linalg.lu import (
     ROWS_HELD,
     factor,
     factor_complex,
+    multiply,
     null_vector,
     solve,
     solve_complex,
@@ -176,6 +177,15 @@ def test_solution_may_overwrite_the_right_hand_side():
     assert factor(sym, lu, work, LOST_PIVOT) == -1
     solve(sym, lu, b, b, work)
     np.testing.assert_allclose(frame.dense() @ b, 1.0, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_multiply(name):
+    frame = FRAMES[name]()
+    pattern = frame.pattern()
+    x, y = np.random.default_rng(5).normal(size=frame.n), np.full(frame.n, 7.0)
+    multiply(tables(pattern), frame.values(pattern), x, y)
+    np.testing.assert_allclose(y, frame.dense() @ x, rtol=0, atol=1e-12)
 
 
 def with_double_joint(stiffness=1.0):

@@ -242,6 +242,35 @@ def test_energies_that_do_not_belong_to_the_forces_end_the_run():
     np.testing.assert_allclose(sol.array("energy.residual"), 0.1 * stretch, atol=1e-11)
 
 
+@fm.drive_kernel
+def bump_kernel(p, t):
+    x = (t - p[0]) / p[1]
+    s = math.exp(-x * x)
+    return s, -2.0 * x / p[1] * s, (4.0 * x * x - 2.0) / p[1] ** 2 * s
+
+
+@dataclass(frozen=True)
+class Bump(fm.Motion):
+    """exp(-((t - middle)/width)^2)."""
+
+    middle: float
+    width: float
+    kernel = bump_kernel
+
+
+def test_energies_below_all_digits_are_not_judged():
+    """A force of 1e-272 N grows to 1 N: early energies are 1e-320 J, whose next number is 5e-324 J away."""
+    body = fm.RigidBody("body", (0.0, 0.0), 1.0, 1.0)
+    push = fm.Force("push", body, at=body.at, force=(1.0, 0.0), history=Bump(5.0, 0.2))
+    guide = fm.Prismatic("guide", fm.GROUND, body)
+    for method in (None, fm.DormandPrince()):
+        sol = fm.simulate(
+            fm.Mechanism("bump", [body, guide, push]), t_end=10.0, method=method, step=fm.Adaptive(max=1e-3)
+        )
+        assert sol.ok, sol.status
+        assert last(sol, "kinetic") == pytest.approx(0.5 * math.pi * 0.2**2, rel=1e-4)
+
+
 def test_energies_that_are_not_finite_end_the_run():
     sol = fm.simulate(on_a_spring(LostSpring), t_end=10.0, step=1e-3)
     assert not sol.ok

@@ -105,6 +105,36 @@ def test_a_stiff_spring_does_not_set_the_step(stiffness):
     assert sol.stats.steps < (3000 if stiffness < 1e4 else 1500)
 
 
+@pytest.mark.parametrize("mass", [1e-2, 1e-6])
+def test_what_creeps_is_as_accurate_as_asked_for(mass):
+    """m x'' + c x' + k x = 0 with c^2 >> k m: speeds are stiff, and the place creeps back in c/k = 0.1 s."""
+    body = fm.RigidBody("body", at=(0.1, 0.0), mass=mass, inertia=1.0)
+    ends = {"at": (-1.0, 0.0), "to": body.at, "free_length": 1.0}
+    spring = fm.SpringDamper("spring", fm.GROUND, body, **ends, stiffness=1e3, damping=100.0)
+    slow = fm.Mechanism("slow", [body, fm.Prismatic("guide", fm.GROUND, body), spring])
+    times = np.linspace(0.0, 1.0, 41)
+    one, two = np.roots([mass, 100.0, 1e3])
+    exact = 0.1 * (two * np.exp(one * times) - one * np.exp(two * times)) / (two - one)
+    for rtol in (1e-4, 1e-6):
+        sol = fm.simulate(slow, t_end=20.0, save=times, method=RADAU, step=fm.Adaptive(rtol=rtol))
+        assert np.abs(sol.array("body.x") - exact).max() < 1e-3 * rtol, rtol  # 2 to 4e-6 of rtol
+
+
+def test_a_rotor_that_a_film_of_oil_carries():
+    """A journal without drive sinks and swings round in its film, whose damping outweighs its mass."""
+    rotor = fm.RigidBody("rotor", at=(0.0, 0.0), mass=5.0, inertia=1e3, velocity=(0.0, 0.0, 300.0))
+    law, film = fm.KelvinVoigt(1e9, 1e3, ramp=1e-8), fm.ShortBearing(viscosity=0.03, width=0.01)
+    gap = {"clearance": 5e-5, "bearing_radius": 0.02, "normal": law, "film": film, "roughness": 1e-7}
+    oil = fm.JournalBearing("oil", fm.GROUND, rotor, at=(0.0, 0.0), **gap)
+    push = fm.Force("push", rotor, at=(0.0, 0.0), force=(0.0, -500.0), history=fm.drives.Pulse(1.0, 0.1))
+    mech, times = fm.Mechanism("rotor", [rotor, oil, push], gravity=(0.0, -9.81)), np.linspace(0.0, 0.2, 201)
+    fine = fm.simulate(mech, t_end=0.2, save=times, step=fm.Adaptive(rtol=1e-6))
+    for rtol in (1e-4, 1e-5):
+        sol = fm.simulate(mech, t_end=0.2, save=times, method=RADAU, step=fm.Adaptive(rtol=rtol))
+        for name in ("oil.ex", "oil.ey"):
+            assert np.abs(sol.array(name) - fine.array(name)).max() < 1e-3 * 5e-5, (rtol, name)
+
+
 def test_a_flexible_pendulum_as_the_newmark_family_has_it():
     rod = fm.FlexibleLink(
         "rod", (0.0, 0.0), (1.0, 0.0), section=fm.Rectangle(0.02, 0.02), material=fm.STEEL, elements=2

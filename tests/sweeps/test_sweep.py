@@ -354,6 +354,15 @@ def test_other_results_than_at_the_first_point_have_failed(order, tmp_path):
         assert "at the first point" in found["status"].values[order.index(2)]
 
 
+@pytest.mark.parametrize("results", [(1.0, "broken"), ("whole", 1.0), ("whole", 1j)])
+def test_texts_and_numbers_in_one_column_have_failed(results):
+    """A text at a point behind numbers ended the whole sweep with an error of Python."""
+    found = fm.sweep(lambda k: {"x": results[k]}, {"k": [0, 1, 0]})
+    assert found["ok"].values.tolist() == [True, False, True]
+    assert found["x"].values[[0, 2]].tolist() == [results[0]] * 2
+    assert "'x' is" in str(found["status"].values[1])
+
+
 def test_the_first_point_that_goes_well_decides_in_any_order():
     """Results that come back in the reverse order are held until the first one is there."""
 

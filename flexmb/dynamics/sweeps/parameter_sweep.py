@@ -166,12 +166,12 @@ def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[s
         raise InputError(f"{text}. Return the same names at all points.")
     for name, (_, array) in results.items():
         column, kind = columns[name], kind_of(array)
-        if array.shape != column.shape or kind not in (column.kind, "number" if column.kind == "complex" else kind):
-            text = f"The result {name!r} is {kind} {array.shape}, at the first point {column.kind} {column.shape}"
-            raise InputError(f"{text}. Return the same shape everywhere.")
         if kind == "complex" and column.kind == "number":
             text = f"The result {name!r} is complex, at the first point real"
             raise InputError(f"{text}. Return complex numbers everywhere.")
+        if array.shape != column.shape or (kind != column.kind and (kind, column.kind) != ("number", "complex")):
+            text = f"The result {name!r} is {kind} {array.shape}, at the first point {column.kind} {column.shape}"
+            raise InputError(f"{text}. Return the same kind and shape everywhere.")
     return {name: array[()] for name, (_, array) in results.items()}
 
 

@@ -189,6 +189,25 @@ def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
         own[0], own[1] = p0 * a[0], q0 * a[0]
 
 
+@compiled
+def multiply(sym, values, x, y):
+    """Compute y = A x with values before `factor`.  sym : LU; values : (size,); x, y : (n,), two arrays."""
+    order, starts, row_ptr, rows, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.rows, sym.value_ptr
+    y[:] = 0.0
+    for s in range(len(starts) - 1):
+        first, r, at = starts[s], row_ptr[s], value_ptr[s]
+        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
+        length, lower = w + u, at + w * (w + u)
+        for k in range(w):
+            here = order[first + k]
+            for j in range(w):
+                y[here] += values[at + k * length + j] * x[order[first + j]]
+            for j in range(u):
+                there = order[rows[r + j]]
+                y[here] += values[at + k * length + w + j] * x[there]
+                y[there] += values[lower + k * u + j] * x[here]
+
+
 LOST_PIVOT = 1e-13  # pivot relative to the largest term summed up to it, below which it is round-off: a lost pivot
 # Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
 # The sine of the angle between this row and the rows before it is then 1e-4.

@@ -92,7 +92,7 @@ def state_vectors(program: Program) -> StateVectors:
 
 
 class Collocation(Record):
-    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`."""
+    """State and workspace of Radau's method; a restart needs `RESTART_ARRAYS`."""
 
     step: StageStep
     # past, past_lam: (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
@@ -109,6 +109,7 @@ class Collocation(Record):
     real: Vector  # real, re, im: (size,) factors
     re: Vector
     im: Vector
+    inertia: Vector  # (size,) s C + s^2 M of the real system
     d: Vector  # d, x, y: (n,), pair : (2 n,) solutions, workspace
     x: Vector
     y: Vector
@@ -136,7 +137,7 @@ def collocation(program: Program) -> Collocation:
         **dict.fromkeys(("Q", "V", "A"), (STAGES, n)),
         L=(STAGES, m),
         b=(STAGES, total),
-        **dict.fromkeys(("real", "re", "im"), size),
+        **dict.fromkeys(("real", "re", "im", "inertia"), size),
         **dict.fromkeys(("d", "x", "y"), total),
         pair=2 * total,
         **dict.fromkeys(("of_q", "of_v", "zero"), n),

@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 LARGEST_GROWTH, LEAST_GROWTH = 4.0, 0.2
 # Number of largest steps in a period or a run, without contacts and with contacts.
 LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
-RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")  # arrays of `Collocation` for a restart
+RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im", "inertia")  # arrays of `Collocation` for a restart
 
 
 @compiled
@@ -252,9 +252,9 @@ class RadauStepper(Stepper):
         return {**kept, "radau.step": self.stages.step.numbers()}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Restore the arrays of `saved`; without them (restart of another method) the next step is a starting step."""
+        """Restore the arrays of `saved`; without all of them (another method or version) a starting step comes next."""
         step = self.stages.step
-        if "radau.step" not in restart:
+        if any(f"radau.{name}" not in restart for name in (*RESTART_ARRAYS, "step")):
             step.last = 0.0
             return
         for name in RESTART_ARRAYS:

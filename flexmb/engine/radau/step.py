@@ -21,7 +21,7 @@ from flexmb.engine.energy import (
     update_balance,
     update_residual,
 )
-from flexmb.engine.linalg.lu import factor_complex, solve, solve_complex, solve_two
+from flexmb.engine.linalg.lu import factor_complex, multiply, solve, solve_complex, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, largest_error, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initial_hold, take_least_norm
@@ -129,7 +129,9 @@ def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
         ka = s * s if system == 0 else (a * a - b * b if system == 1 else 2.0 * a * b)
         evaluate(tables, address, t, past, Q, V, A, L, flow.z, kq, kv, ka, True, work)
         copy(work.lu, R.real if system == 0 else (R.re if system == 1 else R.im))
-    record.count.evaluations += 3
+    evaluate(tables, address, t, past, Q, V, A, L, flow.z, 0.0, s, s * s, True, work)
+    copy(work.lu, R.inertia)
+    record.count.evaluations += 4
     record.count.factorisations += 2
     R.step.factored_size = 0.0
     lost = factor_without_redundant(lu, R.real, initial_hold(flow), n, trial)
@@ -347,7 +349,8 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     """Estimated error of positions and velocities over the accepted error."""
     # The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol in the estimate, the
     # errors of a run are proportional to rtol. x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of
-    # third order. (K + s C + s^2 M)^-1 s^2 M x keeps its components that are not stiff and satisfy the constraints.
+    # third order. (K + s C + s^2 M)^-1 (s C + s^2 M) x, of velocities without s C, keeps its components that are not
+    # stiff and satisfy the constraints: strong damping makes velocities stiff, but not positions, which creep.
     # Positions and velocities count as in `newmark.error_control.error_ratio`.
     # Equation (4.18) of docs/theory/integrators.md.
     n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
@@ -356,11 +359,13 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
         for k in range(STAGES):
             q += ESTIMATE[k] * (R.Q[k, i] - flow.q[i])
             v += ESTIMATE[k] * (R.V[k, i] - flow.v[i])
-        R.of_q[i], R.of_v[i] = (flow.v[i] + q / h) / s, (flow.a[i] + v / h) / s
-    times_mass(tables, address, h, R.of_q, flow, work, R.x, R)
+        R.d[i], R.of_v[i] = (flow.v[i] + q / h) / s, (flow.a[i] + v / h) / s
+    for i in range(n, n + m):
+        R.d[i] = 0.0
+    multiply(lu, R.inertia, R.d, R.x)
     times_mass(tables, address, h, R.of_v, flow, work, R.y, R)
     for i in range(n):
-        R.x[i], R.y[i] = s * s * R.x[i], s * s * R.y[i]
+        R.y[i] *= s * s
     for i in range(n, n + m):
         R.x[i], R.y[i] = 0.0, 0.0
     solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)

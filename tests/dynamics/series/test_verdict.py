@@ -154,6 +154,28 @@ def test_a_ramp_and_a_growing_motion_are_transients():
     assert str(fm.chaos.judge(1.02**n * np.cos(n), ["x"])) == "transient"
 
 
+@pytest.mark.parametrize("rate", [1.05, 1.3, 2.0, -1.7])
+@pytest.mark.parametrize("count", [100, 300, 400])
+def test_a_motion_that_grows_without_end_is_no_chaos(rate, count):
+    """Neighbours part in every linear instability; at 2**300 no quartile of the record is above its tolerance."""
+    n = np.arange(float(count))
+    points = abs(rate) ** n * (np.cos(n) if rate > 0.0 else (-1.0) ** n)
+    for exponent in (math.log(abs(rate)), None):
+        found = fm.chaos.judge(points, ["x"], exponent=exponent)
+        assert str(found) == "transient", found.reason
+
+
+def test_parametric_resonance_is_no_chaos():
+    """Mathieu's equation in its first tongue: x grows by 1.37 each period of the parameter, 1e40 in 300 periods."""
+    mathieu = fm.chaos.ODE(
+        lambda t, x: [x[1], -(1.0 + 0.4 * math.cos(2.0 * t)) * x[0]], [1.0, 0.0], period=math.pi, rtol=1e-7
+    )
+    found = fm.lyapunov(mathieu, periods=300)
+    assert found.value > found.error
+    assert str(found.verdict) == "transient"
+    assert found.verdict.evidence["growth"] == pytest.approx(math.exp(found.value * math.pi), rel=1e-3)
+
+
 @pytest.mark.parametrize("start", [(0.1, 0.1), (0.3, 0.1)])
 @pytest.mark.parametrize("tail", [0.85, 0.5, 0.3])
 def test_a_chaotic_transient_that_ends_is_not_called_chaotic(maps, start, tail):
