@@ -10,9 +10,8 @@ from nine_bar_study.case import Case
 from nine_bar_study.run import StudyError, StudyRun
 
 from flexmb import checks
-from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
-from flexmb.dynamics.exponents.lyapunov import TrajectoryPair, lyapunov
-from flexmb.dynamics.exponents.renormalisation import lengths_of
+from flexmb.dynamics.exponents import FEWEST, Exponents
+from flexmb.dynamics.lyapunov import TrajectoryPair, lengths_of, lyapunov
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from flexmb.cli.run import flow_options, periods_of, require_folder, require_those_of, tell
 from flexmb.dynamics.report import Plan
-from flexmb.dynamics.sections.maps import StroboscopicMap
+from flexmb.dynamics.sections import StroboscopicMap
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism

@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.dynamics.exponents.exponents import Exponents
-from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.exponents import Exponents
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sections.maps import StroboscopicMap
-from flexmb.dynamics.series.correlation import CorrelationDimension, Recurrence, correlation_dimension, recurrence
+from flexmb.dynamics.lyapunov import lyapunov
+from flexmb.dynamics.sections import StroboscopicMap
+from flexmb.dynamics.series.embedding import CorrelationDimension, Recurrence, correlation_dimension, recurrence
 from flexmb.dynamics.series.exponent import SeriesExponent, rosenstein
-from flexmb.dynamics.series.samples import PowerSpectrum, power_spectrum
-from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
+from flexmb.dynamics.series.samples import PowerSpectrum, ZeroOne, power_spectrum, zero_one_test
 from flexmb.dynamics.systems.dynamics import as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError

@@ -9,9 +9,8 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import ddot, dot, sym_grad, trace
 
-from flexmb.elastic.meshes.fillings import joined, ruled, sampled, segment
 from flexmb.elastic.meshes.mesh import PlaneMesh, elasticity
-from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
+from flexmb.elastic.meshes.outlines import joined, link_with_eyes, rectangle, ring, ruled, sampled, segment
 from flexmb.elastic.planes.forms import (
     cell_matrices,
     geometric_stiffness,

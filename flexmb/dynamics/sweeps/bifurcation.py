@@ -12,11 +12,11 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.dynamics.exponents.exponents import FEWEST
-from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.exponents import FEWEST
 from flexmb.dynamics.jobs.executors import PENDING, Attempt, Chain, Job, Outcome, require_executor, stopped_runs
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sections.points import SectionSignals
+from flexmb.dynamics.lyapunov import lyapunov
+from flexmb.dynamics.sections import SectionSignals
 from flexmb.dynamics.sweeps.parameter_sweep import POINTS, STATE, Work, settings_of
 from flexmb.dynamics.sweeps.store import STATUS, Column, Record, label_of, shown_values
 from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, is_mechanism

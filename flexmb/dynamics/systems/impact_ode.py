@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
+from flexmb.dynamics.sections import UP, Height, carry, locate, stride
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError

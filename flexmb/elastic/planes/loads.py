@@ -22,8 +22,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from flexmb.elastic.meshes.cell_kinds import edge_rule
-from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, numbers_of_cells
+from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, edge_rule, numbers_of_cells
 from flexmb.elastic.planes.cells import ties_of
 from flexmb.elastic.planes.elements import (
     FIRST,

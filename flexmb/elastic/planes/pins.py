@@ -24,8 +24,7 @@ from scipy.linalg import qr
 from scipy.sparse import coo_array, csr_array
 
 from flexmb import checks
-from flexmb.elastic.meshes.cell_kinds import tributary_lengths
-from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh, tributary_lengths
 from flexmb.errors import InputError
 from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Coordinate

@@ -16,8 +16,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array
 from skfem.quadrature import get_quadrature
 
-from flexmb.elastic.meshes.cell_kinds import KINDS
-from flexmb.elastic.meshes.mesh import STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
+from flexmb.elastic.meshes.mesh import KINDS, STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
 from flexmb.elastic.planes.elements import deformation_by, nodal, node_places, turned_arms
 from flexmb.elastic.planes.forms import assembled
 from flexmb.engine.compiled.arrays import stack_space
