@@ -21,8 +21,6 @@ from flexmb.late import xr
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-# Attractors of motions that are observed once a period: repetition, and comparison with known attractors
-
 KEPT = 128  # number of section points that represent an attractor without repetition
 CLOSE = 0.1  # distance of two sets of points without repetition, over their size, below which they are one attractor
 SAME = 1e-6  # difference of two rounds, over the tolerance, below which they are equal

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -115,18 +115,7 @@ FAR_TOO_MUCH = 1e6
 LOST = 1e-13
 
 
-class Perturbation(Protocol):
-    """Small differences of states whose growth is measured."""
-
-    strained_fraction: float
-    """Fraction of the renormalisations with too much growth at which they become more frequent."""
-
-    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed."""
-        # The differences are renormalised. `schedule.trouble` is the reason of a failure, unless the system failed.
-
-    def is_strained(self, logs: np.ndarray) -> bool:
-        """Whether logarithms (k,) of the growth between two renormalisations `logs` are too large."""
+Perturbation: TypeAlias = "TangentVectors | TrajectoryPair"  # small differences of states whose growth is measured
 
 
 def exponents_of(schedule: Schedule, start: Callable[[], Perturbation], count: int, *, shown: bool) -> Exponents:
@@ -198,7 +187,9 @@ class TangentVectors:
     """Tangent vectors, made orthonormal at each renormalisation (G. Benettin et al., Meccanica 15 (1980) 9)."""
 
     # The vectors W (size, k) are orthonormal in the weights (size,) of the system.
-    strained_fraction = 0.25  # a single impact is divided at its instant, and not the whole period
+    # fraction of the renormalisations with too much growth at which they become more frequent: a single impact is
+    # divided at its instant, and not the whole period
+    strained_fraction = 0.25
 
     def __init__(self, W: np.ndarray, weights: np.ndarray) -> None:
         self.W, self.weights = W, weights
@@ -208,7 +199,9 @@ class TangentVectors:
         return bool(logs.max(initial=0.0) - logs.min(initial=0.0) > np.log(TOO_MUCH))
 
     def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """See `Perturbation.growth`; an interval with far too much growth is divided into halves."""
+        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed."""
+        # An interval with far too much growth is divided into halves. `schedule.trouble` is the reason of a failure,
+        # unless the system failed.
         system, flow, W, weights = schedule.system, schedule.flow, self.W, self.weights
         saved = None if flow is None else (flow.snapshot(), W.copy())
         reached = schedule.advance(system, number, end, W)
@@ -424,31 +417,23 @@ def benettin(
     schedule = span.schedule(system, step, method)
     first = schedule.system
     seed = checks.count(f"benettin {first.name!r}", "seed", seed, 0)
-    exponents = exponents_of(schedule, lambda: TrajectoryPair.beside(first, distance, seed), 1, shown=progress)
+    exponents = exponents_of(
+        schedule, lambda: TrajectoryPair(first, distance, first.tangent_basis(1, seed)[:, 0]), 1, shown=progress
+    )
     return span.finished(exponents, schedule)
 
 
-@dataclass
 class TrajectoryPair:
-    """Two trajectories at a small distance."""
-
-    first: Dynamics  # the systems
-    second: Dynamics
-    weights: np.ndarray  # weights (size,) of the squares of differences
-    distance: float  # distance that a renormalisation restores
-    size: float = 0.0  # distance after the last renormalisation
+    """Two trajectories at a small distance, at first along a direction (size,); see `benettin`."""
 
     strained_fraction = 0.0
 
-    @classmethod
-    def beside(cls, first: Dynamics, distance: float | None, seed: int) -> TrajectoryPair:
-        """`first` and a copy at a distance in a random direction, see `benettin`."""
-        weights, x = first.weights, first.state()
-        usual = first.small * (float(np.sqrt(weights @ x**2)) or 1.0)
-        wanted = usual if distance is None else checks.positive(f"benettin {first.name!r}", "distance", distance)
-        pair = cls(first, first.copy(), weights, wanted)
-        pair.renormalise(first.tangent_basis(1, seed)[:, 0])
-        return pair
+    def __init__(self, first: Dynamics, distance: float | None, direction: np.ndarray) -> None:
+        self.first, self.second, self.weights, self.size = first, first.copy(), first.weights, 0.0
+        usual = first.small * (self.length(first.state()) or 1.0)
+        given = distance is not None
+        self.distance = checks.positive(f"benettin {first.name!r}", "distance", distance) if given else usual
+        self.renormalise(direction)
 
     def length(self, difference: np.ndarray) -> float:
         """Length of a `difference` (size,) in the weights."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -155,7 +156,6 @@ def _point_before(height: Height, before: Any, size: float) -> tuple[float, floa
     return 0.0, 0.0
 
 
-# Base class of the sections of a flow
 class SectionOfFlow(OfFlow):
     """A map of a flow, which stands at the last point, with the signals and parameters of the flow."""
 
@@ -167,20 +167,15 @@ class SectionOfFlow(OfFlow):
         self.flow, self.name = flow, flow.name
         self.names, self.units = flow.names, flow.units
 
-    @property
-    def underlying(self) -> ContinuousFlow:
-        return self.flow
-
-    def remarks(self, since: float) -> list[str]:
-        return self.flow.remarks(since)
+    underlying: Any = property(attrgetter("flow"))
+    remarks: Any = property(attrgetter("flow.remarks"))
 
     def another_start(self, distance: float, seed: int) -> np.ndarray:
-        start = self.state()
+        start: np.ndarray = self.state()
         start[: self.flow.size] = self.flow.another_start(distance, seed)
         return start
 
 
-# Stroboscopic map: a flow observed once a period
 class StroboscopicMap(SectionOfFlow):
     """The map of a flow over one period of its drives.
 
@@ -234,8 +229,7 @@ class StroboscopicMap(SectionOfFlow):
         self.ok, self.status = self.flow.ok, self.flow.status
         return self.ok
 
-    def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        return self.flow.on_manifold(tangents)
+    on_manifold: Any = property(attrgetter("flow.on_manifold"))
 
     def _derived(self) -> float:
         if self.declared is not None:
@@ -435,7 +429,6 @@ class SectionMap(SectionOfFlow):
         return self.ok
 
 
-# Signals of section points: names, units and resolution, and the verdict that rests on them
 @dataclass(frozen=True, eq=False)
 class SectionSignals:
     """Names, units and resolution of the signals of section points."""

@@ -178,20 +178,13 @@ TAIL = 10
 LONGEST = 200  # largest number of points of a cycle
 
 
-class Cycle(NamedTuple):
-    """A cycle of `k` points on which points have settled, from the point number `since` on."""
-
-    k: int
-    since: int
-
-
 def longest_cycle(count: int) -> int:
     """Number of points of the longest cycle that `count` points can show."""
     return min(LONGEST, count // (2 * RETURNS))
 
 
-def find_cycle(scaled: np.ndarray) -> Cycle | None:
-    """The shortest cycle on which the last quarter of the points lies, else the last tenth; None: no cycle."""
+def find_cycle(scaled: np.ndarray) -> tuple[int, int] | None:
+    """Points of the shortest cycle on which the last quarter or tenth of the points lies, and its first point."""
     # All points of one phase lie within one tolerance, from the first to the last. Points that creep round a closed
     # curve in nearly k steps are therefore no cycle. Points are (n, m), over their tolerances.
     count = len(scaled)
@@ -203,7 +196,7 @@ def find_cycle(scaled: np.ndarray) -> Cycle | None:
             if phase_spread(scaled[count - length :], k) <= 1.0:
                 last, back = scaled[count - k :], np.arange(count)[::-1] % k  # steps before the last point, modulo k
                 outside = np.flatnonzero(np.abs(scaled - last[k - 1 - back]).max(axis=1) > 1.0)
-                return Cycle(k, int(outside[-1]) + 1 if len(outside) else 0)
+                return k, int(outside[-1]) + 1 if len(outside) else 0
     return None
 
 
@@ -213,17 +206,8 @@ def phase_spread(scaled: np.ndarray, k: int) -> float:
     return float(np.ptp(scaled[len(scaled) - cycles * k :].reshape(cycles, k, -1), axis=0).max())
 
 
-class Approach(NamedTuple):
-    """A cycle of `k` points that points approach."""
-
-    # Steps over k shrink by the factor `rate` from point to point; the last one is `left` tolerances long.
-    k: int
-    rate: float
-    left: float
-
-
-def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
-    """The shortest cycle that points approach; None: no cycle."""
+def find_approach(scaled: np.ndarray, spread: float) -> tuple[int, float, float] | None:
+    """Points of the shortest cycle that is approached, factor of its steps from point to point, length of the last."""
     # The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of
     # the spread of the points in the last third. Points (n, m) and the extent `spread` are in tolerances.
     count = len(scaled)
@@ -233,7 +217,7 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
         shrink = all((b <= a / 1.5).all() for a, b in pairwise(thirds))
         if shrink and thirds[2][0] < 0.2 * spread:
             rate = float((thirds[2][1] / thirds[0][1]) ** (1.5 / len(steps))) if thirds[0][1] > 0.0 else 0.0
-            return Approach(k, rate, float(steps[-1]))
+            return k, rate, float(steps[-1])
     return None
 
 
@@ -246,17 +230,8 @@ STRAIGHT = 0.95
 LEAST_IN_BAND = 10  # fewest points of a band whose mean is subtracted
 
 
-class Drift(NamedTuple):
-    """A signal, by its column, with a constant change in one step [unit of the signal]."""
-
-    # Without the drift it has a cycle of `k` points; 0: no cycle.
-    column: int
-    step: float
-    k: int
-
-
-def find_drift(values: np.ndarray, tolerances: np.ndarray) -> Drift | None:
-    """The drift of points (n, m) with tolerances (m,); None: no signal drifts."""
+def find_drift(values: np.ndarray, tolerances: np.ndarray) -> tuple[int, float, int] | None:
+    """Column of points (n, m) that drifts, its change in a step [its unit], points of the cycle on top (0: none)."""
     # Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on
     # top. Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise,
     # closed curves and chaos may be on top.
@@ -266,11 +241,11 @@ def find_drift(values: np.ndarray, tolerances: np.ndarray) -> Drift | None:
             step = float((scaled[k:] - scaled[:-k]).mean()) / k
             without_drift = scaled - step * np.arange(len(scaled))
             if abs(step) * len(scaled) > 1.0 and phase_spread(without_drift[:, None], k) <= 1.0:
-                return Drift(column, step * float(tolerance), k)
+                return column, step * float(tolerance), k
     for column, tolerance in enumerate(tolerances):
         step = _mean_drift(values[:, [column]])
         if abs(step) * len(values) > tolerance:
-            return Drift(column, step, 0)
+            return column, step, 0
     return None
 
 
@@ -316,8 +291,6 @@ def swells(z: np.ndarray) -> float:
     ratio = np.where(trend, deviations[-1] / np.where(deviations[0] > 0.0, deviations[0], 1.0), 1.0)
     return float(np.maximum(ratio, 1.0 / np.where(ratio > 0.0, ratio, 1.0)).max())
 
-
-# Meaning of exponents and of the evidence of a verdict in words, for tables
 
 # Meaning of the evidence of a verdict, by name.
 MEANING = {
@@ -535,20 +508,20 @@ def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     cycle = find_cycle(columns.values / _tolerances(columns, SEPARATE, noise))
     if cycle is None:
         return None
-    evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)
-    count = len(columns.values)
-    text = f"The points return after {cycle.k} step{'s' if cycle.k > 1 else ''}"
-    if cycle.since > SETTLED * count:
+    (k, since), count = cycle, len(columns.values)
+    evidence["k"], evidence["since"] = float(k), float(since)
+    text = f"The points return after {k} step{'s' if k > 1 else ''}"
+    if since > SETTLED * count:
         drifts = _drifts(columns, evidence)
         if drifts is not None:
             return drifts
-        text += f", but only from point {cycle.since} of {count} on: leave out at least {cycle.since} more."
-        return Verdict("transient", text, cycle.k, evidence)
+        text += f", but only from point {since} of {count} on: leave out at least {since} more."
+        return Verdict("transient", text, k, evidence)
     if _sign(evidence) > 0:
         text += f"; yet the exponent is {_band(evidence)}, above zero. The cycle is unstable, or the exponent wrong."
-        return Verdict("inconclusive", text, cycle.k, evidence)
-    text += f" from point {cycle.since} on." if cycle.since else "."
-    return Verdict("periodic", text, cycle.k, evidence)
+        return Verdict("inconclusive", text, k, evidence)
+    text += f" from point {since} on." if since else "."
+    return Verdict("periodic", text, k, evidence)
 
 
 def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
@@ -557,11 +530,12 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     spread = float(np.ptp(scaled, axis=0).max())
     approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
     if approach is not None:
-        evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
-        text = f"The points still approach a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
-        more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
+        k, rate, left = approach
+        evidence["k"], evidence["shrink"] = float(k), rate
+        text = f"The points still approach a {k}-cycle: steps shrink by {rate:.4g} a point"
+        more = np.log(max(left, 1.0)) / -np.log(rate) if 0.0 < rate < 1.0 else np.inf
         advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
-        return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
+        return Verdict("transient", f"{text}; leave out these and {advice}.", k, evidence)
     drifts = _drifts(columns, evidence)
     if drifts is not None:
         return drifts
@@ -580,14 +554,15 @@ def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     drift = find_drift(columns.values, _tolerances(columns))
     if drift is None:
         return None
-    evidence["drift"], evidence["k"] = drift.step, float(drift.k)
-    whole = drift.step * (len(columns.values) - 1)
-    text = f"{columns.names[drift.column]} moves on by {drift.step:.3g} a point, {whole:.3g} over the record"
-    if drift.k > 1:
-        text += f", with a {drift.k}-cycle on top"
+    column, step, k = drift
+    evidence["drift"], evidence["k"] = step, float(k)
+    whole = step * (len(columns.values) - 1)
+    text = f"{columns.names[column]} moves on by {step:.3g} a point, {whole:.3g} over the record"
+    if k > 1:
+        text += f", with a {k}-cycle on top"
     advice = "Leave out more points if the drift ends; if it goes on for ever, examine the rate of the signal instead"
     advice += "; give an angle the unit rad and enough points to come round"
-    return Verdict("transient", f"{text}. {advice}.", drift.k, evidence)
+    return Verdict("transient", f"{text}. {advice}.", k, evidence)
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:

@@ -37,7 +37,6 @@ else:  # scikit-fem takes long to import, and drawings of elastic bodies alone n
     plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 
-# Points in moved frames, and turns between them
 def carried(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points (..., 2) in moved frames, carried along by their poses x, y, theta (..., 3); shapes are broadcast."""
     x, y, angle = np.moveaxis(poses, -1, 0)

@@ -26,7 +26,6 @@ from flexmb.results.solution import SAVED_KEY, Peaks, Solution
 from flexmb.results.stress import Places, Wanted, at_places, chosen_places, moved_mechanism
 
 
-# Positions of points of flexible bodies at the saved instants: nodes of beams and of meshes, reduced ones too
 def positions(
     sol: Solution,
     body: str,

@@ -40,8 +40,6 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
     return next((shape.points[node] for shape in meshes), None)
 
 
-# Stresses of flexible bodies at the saved instants: at the ends of beam elements, at the nodes of meshes
-
 Wanted = Sequence[tuple[float, float] | int | str]
 ENDS = np.array([0.0, 1.0])  # both ends of an element
 

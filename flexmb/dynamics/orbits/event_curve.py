@@ -124,13 +124,7 @@ def curve(
 ) -> xr.Dataset:
     """Points of the curve; see `Branch.curve`."""
     label = "Branch.curve"
-    listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(branch.events)) or "none"
-    places = range(-len(branch.events), len(branch.events))
-    if isinstance(event, (int, np.integer)) and not isinstance(event, bool) and event in places:
-        event = branch.events[event]
-    if not isinstance(event, BranchPoint) or event.kind not in KINDS:
-        text = f"{label}: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
-        raise InputError(f"{text}; it must be grazing, a flip or a Neimark-Sacker point. Events: {listed}.")
+    event = branch.event_of(label, event, KINDS, "grazing, a flip or a Neimark-Sacker point")
     shooting = branch.shooting.copy(branch.shooting.times, branch.shooting.segments)
     checks.one_of(label, "parameter", parameter, shooting.system.parameters)
     if parameter == branch.parameter:

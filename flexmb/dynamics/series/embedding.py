@@ -414,9 +414,6 @@ def _agreed(values: tuple[float, ...], spreads: tuple[float, ...], count: int) -
     return value, float(max(np.max(spreads), max(values) - min(values))), ""
 
 
-# Recurrence of states: fraction of close pairs, and lines of the recurrence matrix
-
-
 @record_with(eq=False)
 class Recurrence:
     """Recurrence quantification of a signal."""

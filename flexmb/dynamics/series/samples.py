@@ -11,8 +11,6 @@ from flexmb.errors import InputError
 from flexmb.fields import field, record_with
 from flexmb.late import scipy
 
-# Samples of a signal: checked, evenly spaced, standardised
-
 # Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow.
 LARGEST = 1e140
 ROUND_OFF = 1e-12  # spread of a signal, over its largest magnitude, below which it is constant

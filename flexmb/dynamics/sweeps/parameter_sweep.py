@@ -235,7 +235,6 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     return dataset
 
 
-# What sweeps and diagrams share: the executor, the store, the progress bar
 @dataclass(frozen=True)
 class Work:
     """Common arguments of `sweep` and `bifurcation`: executor, store, progress."""

@@ -290,7 +290,6 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return lengths
 
 
-# Base class of flows, with the steps, snapshots and rates of signals on which sections rest
 class ContinuousFlow(Dynamics):
     """A system in continuous time with step sizes chosen by its integrator."""
 
@@ -366,12 +365,8 @@ class OfFlow(Dynamics):
     resolution: Any = property(attrgetter("flow.resolution"))
     parameters: Any = property(attrgetter("flow.parameters"))
     fineness: Any = property(attrgetter("flow.fineness"))
-
-    def state(self) -> np.ndarray:
-        return self.flow.state()
-
-    def observe(self) -> np.ndarray:
-        return self.flow.observe()
+    state: Any = property(attrgetter("flow.state"))
+    observe: Any = property(attrgetter("flow.observe"))
 
     def copy(self) -> Self:
         other = copy.copy(self)
@@ -384,7 +379,6 @@ class OfFlow(Dynamics):
         return other
 
 
-# The one conversion of what public functions take: a mechanism becomes a flow
 def is_mechanism(system: Any) -> bool:
     """Whether `system` is a `Mechanism`; without an import of mechanics there is none."""
     model = sys.modules.get("flexmb.model.mechanism")

@@ -14,7 +14,6 @@ from flexmb.errors import InputError, SolveError
 from flexmb.late import scipy
 
 
-# Base of systems defined by a function of the user, and checks of the arguments and results of such functions
 class GivenSystem(Dynamics):
     """Base of systems given by a function, its Jacobian, parameters and a start."""
 
@@ -138,7 +137,6 @@ def square_of(owner: str, value: Any, size: int) -> np.ndarray:
     return found
 
 
-# Maps given by a function, and checks of the arguments that maps and differential equations share
 class Map(GivenSystem):
     """The map x -> function(x, **parameters).
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,11 @@ class ImpactODE(OfFlow, ContinuousFlow):
     _last: float  # instant of the last impact [s], and the state (size,) before it
     _before: np.ndarray
     silent: Spans = ()  # spans in which surfaces pass through each other
+    time: Any = property(attrgetter("flow.time"))
+    pace: Any = property(attrgetter("flow.pace"))
+    velocity: Any = property(attrgetter("flow.velocity"))
+    rate: Any = property(attrgetter("flow.rate"))
+    slopes: Any = property(attrgetter("flow.slopes"))
 
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
         if not isinstance(ode, ODE):
@@ -70,17 +76,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
         return f"ImpactODE {self.name!r}"
 
     @property
-    def time(self) -> float:
-        return self.flow.time
-
-    @property
     def ode(self) -> ODE:
         """The motion between impacts."""
         return self.flow
-
-    @property
-    def pace(self) -> float:
-        return self.flow.pace
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self.flow.reset(state, time=time, parameters=parameters)
@@ -119,15 +117,6 @@ class ImpactODE(OfFlow, ContinuousFlow):
                 self._hit(tangents)
         self.ok, self.status = self.flow.ok, self.flow.status
         return self.ok
-
-    def velocity(self) -> np.ndarray:
-        return self.flow.velocity()
-
-    def rate(self, signal: int) -> float:
-        return self.flow.rate(signal)
-
-    def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        return self.flow.slopes(signal, tangents)
 
     def snapshot(self) -> Any:
         return self.flow.snapshot(), self.ok, self.status, self._last

@@ -29,8 +29,6 @@ from flexmb.fields import field, record_with
 from flexmb.model.law import Material
 from flexmb.planar import Array, Indices
 
-# Kinds of plane cells: local order of nodes, edges, shape functions, degrees of quadrature
-
 
 @dataclass(frozen=True)
 class CellKind:

@@ -223,7 +223,6 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return cell_energies(p, q, v)
 
 
-# Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one body, with the numbers of their kernels."""

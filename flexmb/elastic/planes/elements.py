@@ -34,8 +34,6 @@ import math
 from flexmb.engine.compiled.arrays import stack_vector
 from flexmb.kernels import fast
 
-# Places of the numbers p of a plane cell's kernels, in the order in which they lie
-
 # Head: number of nodes m, number of pins, formulation, damping time [s], gravity [m/s^2]; PLACES begins the places.
 NODES, PINS, FORMULATION, ZETA, GRAVITY_X, GRAVITY_Y, PLACES = range(7)
 COROTATED, TOTAL_LAGRANGE = 0.0, 1.0  # formulations

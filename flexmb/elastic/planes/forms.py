@@ -163,7 +163,6 @@ def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
     return csr_array(coo_array((local.ravel(), (rows, columns)), shape=(n, n)).tocsr())
 
 
-# Lowest natural vibrations by Lanczos' method
 def factored(K: Any) -> Any:
     """Factors of a sparse symmetric matrix."""
     return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

@@ -30,8 +30,6 @@ from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Coordinate
 from flexmb.planar import Array, Indices
 
-# Constraint of an averaged pin: it moves with the mean of nodes that stay free to deform (RBE3)
-
 MEAN_X, MEAN_Y, MOMENT, WEIGHTS = range(4)  # parameters p: c, sum w |s|^2 [m^2], then three numbers of every node
 WEIGHT, ARM_X, ARM_Y, PER_NODE = range(4)  # numbers of a node: its weight and s; PER_NODE is their count
 

@@ -26,7 +26,6 @@ from flexmb.model.shape import MeshShape
 from flexmb.planar import Array
 
 
-# Drawing record of a mesh
 def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> MeshShape:
     """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)

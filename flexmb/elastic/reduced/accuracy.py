@@ -27,8 +27,6 @@ from flexmb.planar import Array
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
 
-# Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements
-
 # Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N].
 Load = Callable[[Array], Any] | Array
 SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]

@@ -33,8 +33,6 @@ from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
 from flexmb.planar import Array
 
-# Stiffness and mass of an elastic body by displacements of its pins and of its inside
-
 Sparse: TypeAlias = Any  # sparse matrix of scipy, which has no types
 
 

@@ -38,8 +38,6 @@ from flexmb.model.shape import MeshShape, Shapes
 from flexmb.parts.bodies.flexible import nearest_node
 from flexmb.parts.loads.mesh_loads import MeshLoad
 
-# Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
-
 Value = TypeVar("Value")
 REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies that are kept
 
