@@ -10,7 +10,6 @@ For a uniform section c1 = c2 = Phi/(2 (1 + Phi)) with Phi = 12 E I/(ks G A L^2)
 J. S. Przemieniecki, Theory of Matrix Structural Analysis, McGraw-Hill 1968, sections 5.6 and 11.6: exact for forces and
 moments on the ends, without locking of thin beams.  For tapered sections V is constant as in the weak form of Hellinger
 and Reissner, like the axial force of `fem`.
-Equations (2.13) to (2.16) of docs/theory/beam.md.
 
 Axial     stiffness  1 / int dx/(E A)      mass  int rho A u v dx     linear elements, order (u1, u2)
 Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Hermite elements,
@@ -22,7 +21,7 @@ stiff.
 w is positive to the left of the direction of the beam, so theta is counter-clockwise.  Shear is condensed: see `shear`.
 The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
 time loop.
-Equation (2.7) of docs/theory/beam.md.
+Equations (2.7) and (2.13) to (2.16) of docs/theory/beam.md.
 """
 
 import math
@@ -38,6 +37,7 @@ from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functi
 
 from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
 from flexmb.errors import InputError
+from flexmb.fields import instance
 from flexmb.model.law import Material
 from flexmb.planar import Array
 
@@ -53,12 +53,6 @@ class Bending(NamedTuple):
     # (n, 2) c1, c2: shear angle over the end rotations against the chord, sign changed [1]; 0 without shear
     shares: Array
     bow: Array  # (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
-
-
-def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
-    """Matrices of the cubics as they are."""
-    n = len(stiffness)
-    return Bending(stiffness, mass, rotary, np.zeros((n, 2)), np.tile(BOW, (n, 1)))
 
 
 def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
@@ -202,6 +196,10 @@ def beam_matrices(
     return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia, shear)])[0]
 
 
+SECTION = instance(Section, "a Section, such as Rectangle(width=..., height=...)")
+MATERIAL = instance(Material, "a Material, such as Material(young=..., density=...)")
+
+
 @dataclass(frozen=True, eq=False)
 class BeamData:
     """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia, shear."""
@@ -213,8 +211,8 @@ class BeamData:
     shear: bool | float = False
 
     def __post_init__(self) -> None:
-        _require(self.section, Section, "section", "Rectangle(width=..., height=...)")
-        _require(self.material, Material, "material", "Material(young=..., density=...)")
+        SECTION.check("Beam", "section", self.section, "", "")
+        MATERIAL.check("Beam", "material", self.material, "", "")
         if not isinstance(self.shear, bool) and self.shear != 0.0:
             checked_factor("Beam", "shear", self.shear)
 
@@ -242,7 +240,8 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     turning = np.repeat(given, counts)[:, None]
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
     about = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
-    bent = without_shear(_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about)
+    cubics, n = (_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about), len(begin)
+    bent = Bending(*cubics, np.zeros((n, 2)), np.tile(BOW, (n, 1)))
     if any(beam.shear for beam in beams):
         sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
         bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
@@ -283,11 +282,6 @@ def _checked_stations(stations: npt.ArrayLike) -> Array:
         text = f"Beam: station {k + 1} at {x[k + 1]:g} m is not beyond station {k} at {x[k]:g} m"
         raise InputError(f"{text}; give positions that increase along the beam.")
     return x
-
-
-def _require(value: object, kind: type, name: str, example: str) -> None:
-    if not isinstance(value, kind):
-        raise InputError(f"Beam: {name} is {value!r}; it must be a {kind.__name__}, such as {example}.")
 
 
 def _dimensions(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -498,14 +498,12 @@ class PlaneMesh:
 
     def __repr__(self) -> str:
         parts = [f"{len(self.points)} nodes", f"{len(self.cells)} {self.kind}"]
-        parts += [f"{word} {', '.join(groups)}" for word, groups in self._groups().items() if groups]
+        groups = {"sets": self.sets, "regions": self.regions}
+        parts += [f"{word} {', '.join(names)}" for word, names in groups.items() if names]
         return f"PlaneMesh({', '.join(parts)})"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return PlaneMesh, (self.points, self.cells, self.kind, dict(self.sets), dict(self.regions), self.name)
-
-    def _groups(self) -> dict[str, Mapping[str, Indices]]:
-        return {"sets": self.sets, "regions": self.regions}
 
     def skfem(self) -> Mesh2D:
         """The mesh for scikit-fem, whose numbers of nodes may differ; the cells have the same order."""
@@ -517,12 +515,12 @@ class PlaneMesh:
         """The mesh turned about its origin by `angle` [rad], then moved by `shift` [m]."""
         c, s = math.cos(angle), math.sin(angle)
         points = self.points @ np.array([[c, s], [-s, c]]) + np.asarray(shift, dtype=float)
-        return self._with(points, self.cells, self.kind, self.sets)
+        return replace(self, points=points)
 
     def scaled(self, factor: float) -> PlaneMesh:
         """The mesh with all lengths times `factor`, > 0: 1e-3 for a mesh in millimetres."""
         checks.positive(self.label, "factor", factor)
-        return self._with(self.points * factor, self.cells, self.kind, self.sets)
+        return replace(self, points=self.points * factor)
 
     def to_quadratic(self, rounds: Sequence[str] = ()) -> PlaneMesh:
         """The mesh with a node in the middle of every edge, and in every quadrilateral: tri6 or quad9.
@@ -555,11 +553,7 @@ class PlaneMesh:
                 text = f"{self.label}: no hole at ({x[0]:g}, {x[1]:g}) m for the name {name!r}"
                 raise InputError(f"{text}. Its holes are near: {listed or 'it has none'}.")
             sets[name] = inside[0]
-        return self._with(self.points, self.cells, self.kind, sets)
-
-    def _with(self, points: Array, cells: Indices, kind: str, sets: Mapping[str, Indices]) -> PlaneMesh:
-        """The mesh with other nodes and cells."""
-        return PlaneMesh(points, cells, kind, sets, self.regions, self.name)
+        return replace(self, sets=sets)
 
 
 def _surrounds(points: Array) -> bool:
@@ -586,7 +580,7 @@ def quadratic(mesh: PlaneMesh, rounds: Sequence[str]) -> PlaneMesh:
         points, cells = with_centres(points, cells)
     sets = {name: np.concatenate([nodes, n + own[name]]) for name, nodes in mesh.sets.items()}
     kind = {"tri3": "tri6", "quad4": "quad9"}[mesh.kind]
-    return PlaneMesh(points, cells, kind, sets, mesh.regions, mesh.name)
+    return replace(mesh, points=points, cells=cells, kind=kind, sets=sets)
 
 
 def with_centres(points: Array, cells: Indices) -> tuple[Array, Indices]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -87,8 +87,7 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
 
 def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneMesh:
     """The mesh with named sets, given as one truth value a node each."""
-    chosen = {name: np.flatnonzero(inside) for name, inside in sets.items()}
-    return PlaneMesh(mesh.points, mesh.cells, mesh.kind, chosen, mesh.regions, mesh.name)
+    return replace(mesh, sets={name: np.flatnonzero(inside) for name, inside in sets.items()})
 
 
 def on_circle(points: Array, centre: Sequence[float], radius: float) -> npt.NDArray[np.bool_]:

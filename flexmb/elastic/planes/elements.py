@@ -157,12 +157,6 @@ def arms_of_pin(p, pin, arms, u):
         u[2 * k + 1] = arms[2 * k + 1] if own else 0.0
 
 
-@fast
-def pins_of(p):
-    """Number of pins of a cell."""
-    return int(p[PINS])
-
-
 # Corotated cell: linear elasticity in axes that turn with the mean deformation gradient of the cell
 @fast
 def deformation_by(p, m, places, gradients, x, d):

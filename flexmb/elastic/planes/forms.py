@@ -65,15 +65,12 @@ def matrices(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: 
         data[:, i, j] = blocks[i, j].data
     n = 2 * len(mesh.points)
     stiffness = bsr_array((data, pattern.indices, pattern.indptr), shape=(n, n)).tocsr()
-    return PlaneMatrices(mesh, csr_array(stiffness), assembled(mesh, _mass(mesh, material, thickness)))
+    return PlaneMatrices(mesh, csr_array(stiffness), assembled(mesh, cell_masses(mesh, material, thickness)))
 
 
-def cell_matrices(
-    mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS
-) -> tuple[Array, Array]:
-    """Stiffness (m, 2k, 2k) [N/m] and mass (m, k, k) [kg] of every cell; parameters as of `matrices`."""
-    same, cross = _stiffness_blocks(mesh, material, thickness, state)
-    return _interleaved(same, cross), _mass(mesh, material, thickness)
+def cell_stiffness(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS) -> Array:
+    """Stiffness (m, 2k, 2k) [N/m] of every cell; parameters as of `matrices`."""
+    return _interleaved(*_stiffness_blocks(mesh, material, thickness, state))
 
 
 def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
@@ -142,8 +139,8 @@ def _stiffness_blocks(
     return same, _local(_CROSSED, basis, symmetric=False, bulk=d12, shear=d33)
 
 
-def _mass(mesh: PlaneMesh, material: Materials, thickness: Thickness) -> Array:
-    """Local mass (m, k, k)."""
+def cell_masses(mesh: PlaneMesh, material: Materials, thickness: Thickness) -> Array:
+    """Mass (m, k, k) [kg] of every cell, for x and for y."""
     weight = densities(mesh, material) * numbers_of_cells(mesh, "thickness", thickness, "m")
     return _local(_PRODUCT, mass_basis(mesh), weight=weight[:, None])
 

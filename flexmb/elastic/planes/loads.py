@@ -121,13 +121,6 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     return np.asarray(np.einsum("bq,kq,lq,q->bkl", at_points, values, slopes, weights))
 
 
-def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: Thickness) -> Array:
-    """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
-    edges = loaded_edges(mesh, name, thickness)
-    products = edge_products(mesh, edges, pressure)
-    return FollowedEdges(edges.nodes, products, np.zeros_like(products)).forces(mesh).ravel()
-
-
 def real_values(given: Any) -> Array:
     """Values of a user's function as real numbers; nan where they are none."""
     try:
