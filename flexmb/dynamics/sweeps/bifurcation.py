@@ -61,8 +61,10 @@ class Family:
         if isinstance(built, Dynamics) and built.unit != "s" and self.period is not None:
             text = f"{self.label}: period= has no influence on {built.name!r}, which counts {built.unit}"
             raise InputError(f"{text}. Leave it out.")
-        own: dict[str, Any] = {"step": self.step, "method": self.method, "period": self._declared(value)}
-        return as_dynamics(self.label, built, **own, wanted="a Mechanism or a system such as Map")
+        if not isinstance(built, Dynamics) and not is_mechanism(built):
+            text = f"{self.label}: the function returned {type(built).__name__}"
+            raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
+        return as_dynamics(self.label, built, step=self.step, method=self.method, period=self._declared(value))
 
     def period_of(self, flow: Dynamics, value: float) -> float:
         """Time between two section points [unit of the system]; 1 for maps."""

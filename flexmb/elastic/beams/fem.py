@@ -32,12 +32,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
-from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
+from flexmb.elastic.beams.section import Section, shear_factors
 from flexmb.errors import InputError
-from flexmb.fields import instance
 from flexmb.model.law import Material
 from flexmb.planar import Array
 
@@ -150,75 +148,25 @@ class BeamMatrices:
         """l0, u10 and u20 of straight elements; see `flexmb.elastic.beams.corotational`."""
         return tuple((length, 0.0, 0.0) for length in self.lengths.tolist())
 
-    def mass_moments(self) -> tuple[float, float, float]:
-        """Mass [kg], first moment [kg m] and inertia [kg m^2] about the start, by the exact motions w = 1 and w = x."""
-        start = np.cumsum(self.lengths) - self.lengths
-        zero, one = np.zeros_like(start), np.ones_like(start)
-        shift = np.stack([one, zero, one, zero], axis=1)
-        turn = np.stack([start, one, start + self.lengths, one], axis=1)
-        pairs = ((shift, shift), (shift, turn), (turn, turn))
-        mass, first, second = (float(np.einsum("ei,eij,ej->", a, self.bending_mass, b)) for a, b in pairs)
-        return mass, first, second
-
-
-def beam_matrices(
-    stations: npt.ArrayLike,
-    section: Section,
-    material: Material,
-    *,
-    rotary_inertia: bool | float = False,
-    shear: bool | float = False,
-) -> BeamMatrices:
-    """Matrices of every element of one beam.
-
-    The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
-    graded meshes need no further code.  Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`).  Without
-    `shear` not for thick beams: length over height should exceed about 10.  Stations (n + 1,) increase [m].
-
-    `rotary_inertia` of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m]; `shear`
-    deformation (Timoshenko beam): True for the shear factor of the section, or the factor [1].
-
-    Notes
-    -----
-    Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
-    Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
-
-    Examples
-    --------
-    >>> from flexmb.model.law import STEEL
-    >>> from flexmb.elastic.beams.section import Rectangle
-    >>> matrices = beam_matrices([0.0, 0.1, 0.3], Rectangle(width=0.01, height=0.02), STEEL)
-    >>> matrices.bending_stiffness.shape
-    (2, 4, 4)
-    >>> round(matrices.mass_moments()[0], 6)  # 7801 kg/m^3 x 0.01 m x 0.02 m x 0.3 m
-    0.46806
-    """
-    return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia, shear)])[0]
-
-
-SECTION = instance(Section, "a Section, such as Rectangle(width=..., height=...)")
-MATERIAL = instance(Material, "a Material, such as Material(young=..., density=...)")
-
 
 @dataclass(frozen=True, eq=False)
 class BeamData:
-    """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia, shear."""
+    """Data of one straight beam that its matrices depend on."""
 
-    stations: Array
+    # The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
+    # graded meshes need no further code. Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear
+    # not for thick beams: length over height should exceed about 10.
+    # Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
+    # Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
+    stations: Array  # (n + 1,) increasing [m]
     section: Section
     material: Material
-    rotary_inertia: bool | float = False
-    shear: bool | float = False
-
-    def __post_init__(self) -> None:
-        SECTION.check("Beam", "section", self.section, "", "")
-        MATERIAL.check("Beam", "material", self.material, "", "")
-        if not isinstance(self.shear, bool) and self.shear != 0.0:
-            checked_factor("Beam", "shear", self.shear)
+    rotary_inertia: bool | float = False  # of the rotation of sections (Rayleigh): True for rho I, or a number [kg m]
+    shear: bool | float = False  # deformation (Timoshenko): True for the shear factor of the section, or the factor [1]
 
 
 def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
-    """Matrices of several beams, all their elements in one mesh; see `beam_matrices`."""
+    """Matrices of several beams, all their elements in one mesh."""
     if not beams:
         return []
     counts = [beam.stations.size - 1 for beam in beams]
@@ -263,25 +211,6 @@ def _local(form: BilinearForm, basis: Basis, weight: Array) -> Array:
     matrices: Array = np.ascontiguousarray(form.coo_data(basis, weight=weight).tolocal())
     # symmetric to the last bit, which products in another order are not
     return np.asarray(0.5 * (matrices + matrices.transpose(0, 2, 1)))
-
-
-def _checked_stations(stations: npt.ArrayLike) -> Array:
-    try:
-        x = np.array(stations, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"Beam: stations are {stations!r}; they must be numbers in m.") from None
-    if x.ndim != 1 or x.size < 2:
-        text = f"Beam: stations have shape {x.shape}; they must be the positions of at least two nodes"
-        raise InputError(f"{text}, for instance numpy.linspace(0.0, length, 5).")
-    if not np.all(np.isfinite(x)):
-        bad = int(np.argmin(np.isfinite(x)))
-        raise InputError(f"Beam: station {bad} is {x[bad]} m; it must be finite.")
-    steps = np.diff(x)
-    if not np.all(steps > 0.0):
-        k = int(np.argmin(steps > 0.0))
-        text = f"Beam: station {k + 1} at {x[k + 1]:g} m is not beyond station {k} at {x[k]:g} m"
-        raise InputError(f"{text}; give positions that increase along the beam.")
-    return x
 
 
 def _dimensions(
