@@ -265,7 +265,7 @@ def basin(
     starts = np.tile(moved.state(), (len(ys) * len(xs), 1))
     starts[:, a], starts[:, b] = np.tile(xs, len(ys)), np.repeat(ys, len(xs))
     limits = {"settle": settle, "longest": longest, "repeats": repeats}
-    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, limits)
+    rules = _rules(Shooting(LABEL, moved, period=period, angles=tuple(angles)), starts, tolerance, bound, limits)
     if executor is None:
         found: list[list[Track]] = [tracks_of(moved.copy(), starts, rules).values["tracks"]]
     else:
@@ -316,16 +316,7 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
     return place, name, units.get(name, ""), grid
 
 
-def _rules(
-    system: Dynamics,
-    starts: np.ndarray,
-    period: Period,
-    angles: tuple[str, ...],
-    tolerance: float,
-    bound: float,
-    limits: Mapping[str, int],
-) -> Rules:
-    passes = Shooting(LABEL, system, period=period, angles=angles)
+def _rules(passes: Shooting, starts: np.ndarray, tolerance: float, bound: float, limits: Mapping[str, int]) -> Rules:
     counts: dict[str, Any] = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")

@@ -25,6 +25,9 @@ GROUP = 1e-3  # smallest size of a signal, over the size of the largest signal o
 SEPARATE = 10.0
 
 
+Known = tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]  # units, driven names and sizes of signals
+
+
 class Columns(NamedTuple):
     """Signals of section points for a verdict, and the names of signals without information."""
 
@@ -51,19 +54,13 @@ def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str,
     return values, tuple(str(label) for label in labels)
 
 
-def columns_of(
-    values: np.ndarray,
-    names: tuple[str, ...],
-    units: Sequence[str] | None,
-    driven: Sequence[str],
-    floor: float,
-    sizes: np.ndarray | None,
-) -> Columns:
+def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: float) -> Columns:
     """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,)."""
     # The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
     # `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its
     # size. Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of
     # the same unit.
+    units, driven, sizes = known
     if sizes is None:
         sizes = _sizes(values, units)
     columns: list[tuple[str, np.ndarray, float]] = []
@@ -464,7 +461,7 @@ def judge(
         return Verdict("inconclusive", f"A signal is above {LARGEST:g}: the motion grows without bound.", 0, evidence)
     if len(values) < LEAST:
         return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
-    columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
+    columns = columns_of(values, labels, checked, floor)
     evidence["signals"] = float(len(set(columns.names)))
     if not columns.names:
         text = f"Only driven signals ({', '.join(columns.left_out)}), without information. Give other signals."
@@ -474,7 +471,7 @@ def judge(
 
 def _about_signals(
     names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], sizes: Sequence[float] | None
-) -> tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]:
+) -> Known:
     """Units, driven names and sizes of signals, checked."""
     without_motion = checks.sequence("judge", "driven", driven, "names of signals")
     for name in without_motion:

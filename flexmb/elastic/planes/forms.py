@@ -20,7 +20,6 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
 from flexmb.elastic.meshes.mesh import STRESS, Materials, PlaneMesh, Thickness, densities, elasticity, numbers_of_cells
-from flexmb.errors import InputError
 from flexmb.planar import Array
 
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
@@ -86,9 +85,6 @@ def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) ->
     """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
     # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
-    expected = (*basis.dx.shape, 3)
-    if stress.shape != expected:
-        raise InputError(f"{mesh.label}: stress has shape {stress.shape}; it must be {expected}, cells x points x 3.")
     t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
     quarter = 0.25 * t * (stress[:, :, 0] + stress[:, :, 1])
     none = np.zeros_like(quarter)

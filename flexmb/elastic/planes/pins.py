@@ -23,7 +23,6 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import coo_array, csr_array
 
-from flexmb import checks
 from flexmb.elastic.meshes.mesh import PlaneMesh, tributary_lengths
 from flexmb.errors import InputError
 from flexmb.kernels import constraint_kernel
@@ -85,9 +84,6 @@ class Interface:
     nodes: Indices  # node numbers of the set
     point: tuple[float, float]  # place of the pin in the axes of the mesh [m]
     kind: str = RIGID  # "rigid" or "averaged"
-
-    def __post_init__(self) -> None:
-        checks.one_of(f"Interface {self.name!r}", "kind", self.kind, (RIGID, AVERAGED))
 
     def arms(self, mesh: PlaneMesh) -> Array:
         """(m, 2) places of the nodes from the pin [m]."""

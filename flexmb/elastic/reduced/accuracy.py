@@ -146,12 +146,7 @@ class Comparison:
 
 
 def accuracy(
-    found: Basis,
-    element: Superelement,
-    *,
-    count: int = 3,
-    held: Sequence[str] | None = None,
-    loads: Mapping[str, Load] | None = None,
+    found: Basis, element: Superelement, count: int, held: Sequence[str] | None, loads: Mapping[str, Load]
 ) -> Accuracy:
     """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
     # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
@@ -169,7 +164,7 @@ def accuracy(
             raise InputError(f"{model.label}: held is empty, and a free body has no statics. Name a pin.")
         fixed = [3 * k + axis for k in places for axis in range(3)]
         holding = ", ".join(given)
-    forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in (loads or {}).items()}
+    forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in loads.items()}
     supported = Comparison(found, element, fixed)
     return Accuracy(
         model.label,
