@@ -47,7 +47,7 @@ class Rules:
         return self.tolerance * self.size
 
     def away(self, points: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Distances (n,) of points (n, size) from another point (size,), without whole turns."""
+        """Distances (n,) of points (n, size) from one other point or from as many others, without whole turns."""
         d = self.space.difference(points, other)
         return np.asarray(np.sqrt((d * d) @ self.space.weights))
 
@@ -97,16 +97,11 @@ def _repeats(points: list[np.ndarray], rules: Rules) -> int:
         if back[k - 1] > rules.close:
             continue
         now, before, first = last[-k:], last[-2 * k : -k], last[-3 * k : -2 * k]
-        d1, d0 = _apart(now, before, rules), _apart(before, first, rules)
+        d1, d0 = (float(rules.away(*pair).max()) for pair in ((now, before), (before, first)))
         if d1 <= SAME * rules.close or (d1 < d0 and d1 * d1 <= rules.close * (d0 - d1)):
             divisors = [m for m in range(1, k) if k % m == 0]  # a spiral comes nearer to itself after some turns
-            return next((m for m in divisors if _apart(now, last[-k - m : -m], rules) <= 3.0 * rules.close), k)
+            return next((m for m in divisors if rules.away(now, last[-k - m : -m]).max() <= 3.0 * rules.close), k)
     return 0
-
-
-def _apart(points: np.ndarray, others: np.ndarray, rules: Rules) -> float:
-    """Largest distance of points from others, pair by pair."""
-    return max(float(rules.away(one[None, :], other)[0]) for one, other in zip(points, others, strict=True))
 
 
 def matched_attractors(tracks: list[Track], rules: Rules) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:

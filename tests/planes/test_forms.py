@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from pressures import edge_pressure
+from mesh_pressures import edge_pressure
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import ddot, dot, sym_grad, trace

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pressures import edge_pressure
+from mesh_pressures import edge_pressure
 from scipy.sparse.linalg import spsolve
 
 from flexmb.elastic.meshes.mesh import PlaneMesh

@@ -52,13 +52,9 @@ class StateSpace:
     def basis(self, system: Dynamics) -> np.ndarray:
         """Basis (size, d) of the differences that the present state of a `system` allows, orthonormal."""
         d = system.dimension
-        if d == 0:
-            W = np.zeros((system.size, 0))
-        elif d == system.size:
-            W = system.on_manifold(np.eye(d))
-            orthonormalise(W, self.weights)
-        else:
-            W = system.on_section(system.tangent_basis(d))
+        W = np.zeros((system.size, 0))
+        if d:
+            W = system.on_manifold(np.eye(d)) if d == system.size else system.on_section(system.tangent_basis(d))
             orthonormalise(W, self.weights)
         if len(self.history_rows) == 0:
             return W

@@ -70,7 +70,7 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
     stiffness = _carried(cubics.stiffness, axis)
     stiffness += np.where(rigid, 0.0, angle)[:, None, None] * (sigma[:, :, None] * sigma[:, None, :])
     rotary = _carried(cubics.rotary, section)
-    return Bending(stiffness, _carried(cubics.mass, axis), rotary, shares, _bow(lengths, axial, shares, flexibility))
+    return Bending(stiffness, _carried(cubics.mass, axis), rotary, shares, _bow(axial, shares, flexibility))
 
 
 def _carried(matrices: Array, change: Array) -> Array:
@@ -79,7 +79,7 @@ def _carried(matrices: Array, change: Array) -> Array:
     return np.asarray(0.5 * (product + product.transpose(0, 2, 1)))
 
 
-def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Array:
+def _bow(axial: Array, shares: Array, flexibility: Array) -> Array:
     """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N."""
     # Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1. To second order of the
     # strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
