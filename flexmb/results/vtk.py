@@ -48,7 +48,7 @@ class Piece(NamedTuple):
 
 @arguments.checked
 def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
-    """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
+    """Write the motion as a ParaView collection: `path` (.pvd), which is returned, and a folder with one .vtu a frame.
 
     Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces
     are lines as in pictures; joints are vertices; plane bodies are their deformed meshes.  Point data: displacement
@@ -67,10 +67,6 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     frames : number of frames, >= 2, evenly over the time; the nearest saved instants are taken, each once, the first
         and the last always.  None: all saved instants, at most 200.
     points_per_element : points along each beam element, its two nodes included, >= 2.
-
-    Returns
-    -------
-    Path : the .pvd file.
 
     Raises
     ------

@@ -181,16 +181,12 @@ class Dynamics(ABC):
 
     @abstractmethod
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        """Advance by a duration [unit].
+        """Advance by a duration [unit]; returns whether the end was reached, and if not, `status` says why.
 
         Parameters
         ----------
         duration : duration, > 0; a whole number for maps and sections.
         tangents : tangent vectors (size, k), float64 in C order, advanced in place.
-
-        Returns
-        -------
-        bool : whether the end was reached; if not, `status` says why.
         """
 
     def remarks(self, since: float) -> list[str]:  # noqa: ARG002 - most systems have none
@@ -312,16 +308,12 @@ class ContinuousFlow(Dynamics):
 
     @abstractmethod
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
-        """Advance by one step, not beyond the time `limit` [s].
+        """Advance by one step; returns whether it succeeded.
 
         Parameters
         ----------
-        limit : a time after the present time [s].  It changes a step only if it is near.
+        limit : a time after the present time [s], beyond which the step does not go; it changes a step only if near.
         tangents : tangent vectors (size, k), advanced in place.
-
-        Returns
-        -------
-        bool : whether the step succeeded.
         """
 
     @abstractmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -45,9 +46,7 @@ class GivenSystem(Dynamics):
     def _label(self) -> str:
         return f"{self.kind} {self.name!r}"
 
-    @property
-    def time(self) -> float:
-        return self._time
+    time: Any = property(attrgetter("_time"))
 
     @property
     def size(self) -> int:
@@ -60,8 +59,7 @@ class GivenSystem(Dynamics):
     def state(self) -> np.ndarray:
         return self._state.copy()
 
-    def observe(self) -> np.ndarray:
-        return self._state.copy()
+    observe = state
 
     def copy(self) -> Self:
         other = copy.copy(self)

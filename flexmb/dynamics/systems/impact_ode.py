@@ -264,27 +264,18 @@ class FromImpact(OfFlow):
         self._state = np.append(state, instant)
         self.ok, self.status = True, "ready"
 
-    @property
-    def size(self) -> int:
-        return len(self._state)
-
-    @property
-    def dimension(self) -> int:
-        return self.size
+    time: Any = property(attrgetter("_time"))
+    size: Any = property(lambda self: len(self._state))
+    dimension: Any = size
 
     @property
     def weights(self) -> np.ndarray:
         return np.append(self.flow.weights, self.slowness**-2)
 
-    @property
-    def time(self) -> float:
-        return self._time
-
     def state(self) -> np.ndarray:
         return self._state.copy()
 
-    def observe(self) -> np.ndarray:
-        return self.state()
+    observe = state
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._state = self._state if state is None else np.array(state, dtype=np.float64)
