@@ -21,12 +21,12 @@ from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
-    from flexmb.elastic.beams import shapes as hermite
+    from flexmb.elastic.beams import fem as hermite
     from flexmb.elastic.planes import stress as plane
     from flexmb.elastic.reduced import accuracy as reduced
     from flexmb.results.solution import Solution
 else:  # as in drawings
-    hermite = Late("flexmb.elastic.beams.shapes")
+    hermite = Late("flexmb.elastic.beams.fem")
     plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 

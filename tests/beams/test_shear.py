@@ -10,7 +10,7 @@ from element_matrices import beam_matrices, mass_moments
 from scipy.integrate import quad
 
 import flexmb as fm
-from flexmb.elastic.beams import shapes as hermite
+from flexmb.elastic.beams import fem as hermite
 from flexmb.errors import InputError
 from flexmb.parts.bodies.flexible import matrices
 
