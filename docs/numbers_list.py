@@ -416,6 +416,9 @@ dynamics.orbits.shooting.SAMPLES | points | period | where a grazing is looked f
 dynamics.orbits.shooting.FINER | points | a sample | the same, near it
 dynamics.orbits.shooting.SHARP | 1 | a multiplier | change that shows a grazing
 dynamics.systems.impact_ode.PILE | 1 | interval | impacts that are closer pile up
+dynamics.systems.compiled_ode.LEAST_STEP | 1 | time | least step of a compiled equation
+dynamics.systems.compiled_ode.DIFFERENCE | 1 | size of the state | difference for the rate of a compiled gap
+dynamics.systems.compiled_ode.SHORT | 1 | a step | most time of that difference
 dynamics.systems.impact_ode.STEPS | steps | nothing | least steps of a period for turning points of the gap
 dynamics.orbits.grazing.QUARTER | 1 | time to the next impact | half of a silent span, at most
 dynamics.orbits.grazing.LONGEST | 1 | period | half of a silent span, at most
@@ -619,6 +622,10 @@ def _left_out() -> dict[str, str]:
         engine.radau.collocation.TO_REAL engine.radau.collocation.TWICE engine.radau.collocation.WEIGHTS
         engine.radau.collocation._ROOT
     the published estimate of the method of Dormand and Prince: engine.dormand_prince.step.THIRD_ORDER_SHARE
+        dynamics.systems.compiled_ode.THIRD_ORDER_SHARE dynamics.systems.compiled_ode.STAGES dynamics.systems.compiled_ode.ORDER
+    factors of step sizes, those of scipy: dynamics.systems.compiled_ode.SAFETY
+        dynamics.systems.compiled_ode.LEAST_FACTOR dynamics.systems.compiled_ode.LARGEST_FACTOR
+    spacing of numbers: dynamics.systems.compiled_ode.ROUND_OFF
     exact for what it integrates, or arbitrary instants: elastic.beams.fem.QUADRATURE_ORDER dynamics.systems.given.INSTANTS
     """
     found, reason = {}, ""

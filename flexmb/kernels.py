@@ -21,6 +21,8 @@ joint_friction p, q, lam, out, H                                           writt
 signal         p, t, q, v, a                                               value
 extremum       p, t, q, v, a, least                                        value, number of its place
 control        p, t, u, x, dx, y                                           written to dx, y
+rates          p, t, x, out                                                written to out
+height         p, t, x                                                     value
 =============  ==========================================================  ==========================
 
 p : parameters of the part; z : history at the last accepted state, h : time since then [s], z_new : history if this
@@ -36,6 +38,9 @@ any y.  An element without them is called through its element and energy kernels
 least : a value that is not above it may be given as 0, or any other that is not above it; < 0: the value is wanted.
 
 u : inputs of a controller, x : its own states, dx : their rates, y : its outputs, the factors of loads.
+
+rates and height are of own differential equations with the state x (`dynamics.systems.compiled_ode`): rates of the
+state, or the state after a jump; distance from a wall.
 """
 
 from __future__ import annotations
@@ -143,6 +148,8 @@ ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F,
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 EXTREMUM = _contract("extremum", "p t q v a least", types.UniTuple(_F, 2), _P, _F, _V, _V, _V, _F)
 CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
+RATES = _contract("rates", "p t x out", types.void, _P, _F, _V, _V)
+HEIGHT = _contract("height", "p t x", _F, _P, _F, _V)
 
 GAP_SIZE = 49
 """Length of `out` of a gap kernel: gap, gap rate, slip, normal (2), arms on the first and on the second body (2 each),
@@ -414,3 +421,5 @@ force_at = _caller(FORCE)
 tangent_at = _caller(TANGENT)
 account_at = _caller(ACCOUNT)
 control_at = _caller(CONTROL)
+rates_at = _caller(RATES)
+height_at = _caller(HEIGHT)

@@ -150,10 +150,20 @@ def runs() -> list[Callable[[], Any]]:
         lambda: fm.simulate(ideal, **short, method=fm.RungeKutta4()),
         lambda: fm.simulate(crank, t_end=1e-4, method=fm.RadauIIA()),
         lambda: fm.simulate(ideal, t_end=1e-4, method=fm.DormandPrince()),
+        own_equation,
         lambda: fm.static_equilibrium(rod),
         lambda: fm.modes(rod),
         *(lambda mechanism=mechanism: fm.compile(mechanism) for mechanism, _ in parts.values()),
     ]
+
+
+def own_equation() -> None:
+    """Move a state by a compiled function of a user."""
+    import numba
+
+    import flexmb as fm
+
+    fm.chaos.ODE(numba.njit(lambda t, x: (-x[0],)), [1.0]).advance(0.1)
 
 
 def carry(mechanism: Any) -> None:

@@ -65,27 +65,41 @@ class Height:
 
 def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket | None:
     """Advance the flow by one step, up to `limit` [s]; returns the bracket of a crossing in that step, or None."""
-    # A step whose ends lie on the same side is examined if the cubic through heights and rates at both ends comes near
-    # the level. After a failure the flow has the status. Tangent vectors (size, k) are advanced in place.
+    # A step that ends with a jump is searched up to the jump, and then for a crossing by it. After a failure the flow
+    # has the status. Tangent vectors (size, k) are advanced in place.
     flow, saved = height.flow, None if tangents is None else tangents.copy()
     before, start, old = flow.snapshot(), flow.time, height.value()
     old_rate = None if height.rate is None else height.rate()
     if not flow.take_step(limit, tangents):
         return None
-    size, new = flow.time - start, height.value()
+    size, inner = flow.time - start, flow.before_jump()
+    if inner is None:
+        return _within(height, Bracket(before, saved, 0.0, old, size), old_rate)
+    after = flow.snapshot()
+    flow.restore(inner)
+    short = size - 16.0 * float(np.spacing(flow.time))  # a time before the jump
+    found = _within(height, Bracket(before, saved, 0.0, old, short), old_rate) if short > 0.0 else None
+    flow.restore(after)
+    return found or (Bracket(before, saved, 0.0, old, size) if height.left(height.value()) else None)
+
+
+def _within(height: Height, step: Bracket, old_rate: float | None) -> Bracket | None:
+    """Bracket of a crossing in a step, at whose end the flow stands."""
+    # A step whose ends lie on the same side is examined if the cubic through heights and rates at both ends comes near
+    # the level.
+    old, new, side = step.value, height.value(), height.side
     if height.left(new):
-        near = _point_before(height, before, size) if height.left(old) else (0.0, old)
-        return Bracket(before, saved, *near, size)
+        near, value = _point_before(height, step.before, step.far) if height.left(old) else (0.0, old)
+        return step._replace(near=near, value=value)
     dip = None
     if height.rate is not None and old_rate is not None and not height.left(old):
-        side = height.side
-        dip = turning_point(side * old, side * old_rate, side * new, side * height.rate(), size)
+        dip = turning_point(side * old, side * old_rate, side * new, side * height.rate(), step.far)
     if dip is None:
         return None
-    after = flow.snapshot()
-    inside = height.at(before, dip)
-    flow.restore(after)
-    return Bracket(before, saved, 0.0, old, dip) if height.left(inside) else None
+    after = height.flow.snapshot()
+    inside = height.at(step.before, dip)
+    height.flow.restore(after)
+    return step._replace(far=dip) if height.left(inside) else None
 
 
 def locate(height: Height, bracket: Bracket) -> float:
@@ -412,6 +426,9 @@ class SectionMap(SectionOfFlow):
     def _to_next_crossing(self, T: np.ndarray | None) -> bool:
         """Advance to the next crossing of the level; returns whether there was one."""
         flow, began = self.flow, self.flow.time
+        crossed = flow.seek(self._signal, self.level, self._side, began + self.limit) if T is None else None
+        if crossed is not None:
+            return self._arrived(crossed, began)
         rate = (lambda: flow.rate(self._signal)) if flow.has_cheap_rate(self._signal) else None
         height = Height(flow, self._height, rate, self._side)
         bracket: Bracket | None = None
@@ -421,9 +438,15 @@ class SectionMap(SectionOfFlow):
             duration = locate(height, bracket)
             if T is not None and flow.ok:
                 carry(flow, bracket, duration, T)
+        return self._arrived(bracket is not None, began)
+
+    def _arrived(self, crossed: bool, began: float) -> bool:
+        """Status behind a crossing, or at the end of a search that began at a time [s]; whether there was one."""
+        flow = self.flow
+        if crossed and flow.ok:
             self._side = -self._side
-        self.ok, self.status = flow.ok and bracket is not None, flow.status
-        if flow.ok and bracket is None:
+        self.ok, self.status = flow.ok and crossed, flow.status
+        if flow.ok and not crossed:
             text = f"{self.signal!r} did not cross {self.level:g} within {self.limit:g} s after t = {began:.6g} s"
             self.status = f"{text}; it may stay on one side. Choose another level, or a longer limit=."
         return self.ok

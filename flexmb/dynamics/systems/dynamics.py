@@ -316,6 +316,21 @@ class ContinuousFlow(Dynamics):
         tangents : tangent vectors (size, k), advanced in place.
         """
 
+    def seek(self, signal: int, level: float, side: int, limit: float) -> bool | None:  # noqa: ARG002 - most cannot
+        """Advance to the next crossing of a level in one call, where the flow can.
+
+        Parameters
+        ----------
+        signal, level : number of the signal in `names`, and level [unit of the signal].
+        side : side of the level before the crossing, 1 above, -1 below.
+        limit : time [s] at which the search ends.
+
+        Returns
+        -------
+        bool or None : whether there was a crossing; None: the flow has to be searched step by step.
+        """
+        return None
+
     @abstractmethod
     def snapshot(self) -> Any:
         """Complete present state, step control included, for `restore`."""
@@ -323,6 +338,10 @@ class ContinuousFlow(Dynamics):
     @abstractmethod
     def restore(self, snapshot: Any) -> None:
         """Return to the state of a `snapshot`; the motion then continues with the same bits."""
+
+    def before_jump(self) -> Any:
+        """Snapshot just before the jump with which the last step ended; None: the state does not jump."""
+        return None
 
     @abstractmethod
     def rate(self, signal: int) -> float:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from operator import attrgetter
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from flexmb import checks
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, Parameters, State
 from flexmb.errors import InputError, SolveError
 from flexmb.late import scipy
+
+if TYPE_CHECKING:
+    from flexmb.dynamics.systems.compiled_ode import CompiledMotion
 
 
 class GivenSystem(Dynamics):
@@ -207,6 +211,14 @@ TANGENT_ATOL = 1e-3
 INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
 
 
+def compiled_motion(method: str, *functions: Any) -> CompiledMotion | None:
+    """Motion in compiled code of functions that numba has compiled, by the one method of that code; else None."""
+    if method != METHODS[0] or not all(type(function).__module__.startswith("numba.") for function in functions):
+        return None
+    made: CompiledMotion = import_module(f"{__package__}.compiled_ode").CompiledMotion(*functions)
+    return made
+
+
 class NotFiniteError(SolveError):
     """The rate of a state is not finite."""
 
@@ -239,6 +251,8 @@ class ODE(GivenSystem, ContinuousFlow):
     Notes
     -----
     f must be smooth; for jumps see `ImpactODE`.  A state or rate that is not finite ends the run with a status.
+    A function under `@numba.njit` that returns a tuple of floats, with parameters that are numbers, is integrated in
+    compiled code by "DOP853", hundreds of times as fast, in threads side by side; tangent vectors are not.
 
     Examples
     --------
@@ -276,7 +290,8 @@ class ODE(GivenSystem, ContinuousFlow):
         self.rtol = checks.between(label, "rtol", rtol, FINEST, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
-        self.reset()
+        self._motion = compiled_motion(self.method, function)
+        self.reset(parameters=self._parameters)
         state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
 
     @property
@@ -294,6 +309,8 @@ class ODE(GivenSystem, ContinuousFlow):
         period = given(**self._parameters) if callable(given) else given
         self.period = None if period is None else checks.positive(label, "period", period, "s")
         self.driven = self._depends_on_time() if self._given_driven is None else bool(self._given_driven)
+        if parameters is not None and self._motion is not None:
+            self._motion.take(self._parameters)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
         limit = self._time + checks.positive(self._label, "duration", duration, "s")
@@ -301,6 +318,16 @@ class ODE(GivenSystem, ContinuousFlow):
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         return self._go(limit, tangents, single=True)
+
+    def seek(self, signal: int, level: float, side: int, limit: float) -> bool | None:
+        if self._motion is None or not self._motion.usable or not self.ok:
+            return None
+        return self._motion.run(self, limit, section=(signal, level, side))
+
+    def copy(self) -> Self:
+        other = super().copy()
+        other._motion = self._motion and self._motion.copy()
+        return other
 
     def velocity(self) -> np.ndarray:
         return self._rate(self._time, self._state)
@@ -355,6 +382,9 @@ class ODE(GivenSystem, ContinuousFlow):
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""
         if not self.ok or limit <= self._time:  # a duration below the spacing of the clock
+            return self.ok
+        if tangents is None and self._motion is not None and self._motion.usable:
+            self._motion.run(self, limit, single=single)
             return self.ok
         lengths = np.ones(0)
         if tangents is not None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections import UP, Height, carry, locate, stride
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
-from flexmb.dynamics.systems.given import ODE, central_differences, state_of
+from flexmb.dynamics.systems.given import ODE, central_differences, compiled_motion, state_of
 from flexmb.errors import InputError
 from flexmb.late import scipy
 
@@ -41,8 +41,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
     Notes
     -----
     Impacts are located to round-off.  A run in which impacts pile up (chatter) ends with a status, because the sticking
-    motion afterwards is another system.  A grazing impact has no tangent: the saltation matrix grows like the inverse
-    of the approach speed.
+    motion afterwards is another system.  If the functions of `ode`, `gap` and `jump` are all under `@numba.njit`, the
+    motion runs in compiled code (see `ODE`).  A grazing impact has no tangent: the saltation matrix grows like the
+    inverse of the approach speed.
 
     Examples
     --------
@@ -56,6 +57,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
     flow: ODE
     _last: float  # instant of the last impact [s], and the state (size,) before it
     _before: np.ndarray
+    _unhit: Any = None  # snapshot before the impact with which the last step ended
     silent: Spans = ()  # spans in which surfaces pass through each other
     time: Any = property(attrgetter("flow.time"))
     pace: Any = property(attrgetter("flow.pace"))
@@ -67,6 +69,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
         if not isinstance(ode, ODE):
             raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
         self.flow, self.gap, self.jump = ode, gap, jump
+        self._motion = compiled_motion(ode.method, ode.function, gap, jump)
+        if self._motion is not None:
+            self._motion.take(ode.parameters)
         self.name, self.names, self.units = ode.name, ode.names, ode.units
         self._check_start()
         state_of(f"{self._label}: jump", jump(ode.time, ode.state(), **ode.parameters), ode.size)
@@ -82,6 +87,8 @@ class ImpactODE(OfFlow, ContinuousFlow):
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self.flow.reset(state, time=time, parameters=parameters)
+        if parameters and self._motion is not None:
+            self._motion.take(self.parameters)
         if state is None and parameters:  # a start given later may be in flight
             self._start()
         else:
@@ -89,6 +96,8 @@ class ImpactODE(OfFlow, ContinuousFlow):
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
         limit = self.time + checks.positive(self._label, "duration", duration, "s")
+        if tangents is None and self._is_compiled:
+            self._run(limit)
         while self.ok and self.time < limit:
             self.take_step(limit, tangents)
         return self.ok
@@ -96,6 +105,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
             return False
+        if tangents is None and self._is_compiled:
+            self._run(limit, single=True)
+            return self.ok
         is_silent, until = self._span()
         limit = min(limit, until)
         if is_silent:
@@ -103,9 +115,13 @@ class ImpactODE(OfFlow, ContinuousFlow):
             self.ok, self.status = self.flow.ok, self.flow.status
             return self.ok
         height = Height(self.flow, self.gap_now, self.rate_of_gap, UP)
+        self._unhit = None
+        was_behind = height.left(self.gap_now())  # by round-off, after an impact
         bracket = stride(height, limit, tangents)
         if bracket is not None and self.flow.ok:
-            stuck = bracket.near == 0.0 and height.left(bracket.value)
+            stuck = was_behind and bracket.near == 0.0
+            if stuck and height.left(height.at(bracket.before, bracket.far)) and self.rate_of_gap() > 0.0:
+                return self.ok  # it is about to leave the wall
             duration = 0.0 if stuck else locate(height, bracket)
             if stuck or self.time - self._last < PILE * max(abs(self.time), self.pace):
                 self.ok, self.status = False, f"Impacts pile up at t = {self.time:.6g} s: the gap stays closed."
@@ -114,9 +130,32 @@ class ImpactODE(OfFlow, ContinuousFlow):
             if tangents is not None and self.flow.ok:
                 carry(self.flow, bracket, duration, tangents)
             if self.flow.ok:
+                self._unhit = self.snapshot()
                 self._hit(tangents)
         self.ok, self.status = self.flow.ok, self.flow.status
         return self.ok
+
+    def seek(self, signal: int, level: float, side: int, limit: float) -> bool | None:
+        return self._run(limit, section=(signal, level, side)) if self._is_compiled and self.ok else None
+
+    @property
+    def _is_compiled(self) -> bool:
+        return self._motion is not None and self._motion.usable and not self.silent
+
+    def _run(self, limit: float, **options: Any) -> bool:
+        """Advance in compiled code; whether a section was met."""
+        motion: Any = self._motion
+        motion.last = self._last
+        crossed: bool = motion.run(self.flow, limit, **options)
+        if motion.last != self._last:
+            self._last, self._before = motion.last, motion.before
+        self.ok, self.status = self.flow.ok, self.flow.status
+        return crossed
+
+    def copy(self) -> Self:
+        other = super().copy()
+        other._motion = self._motion and self._motion.copy()
+        return other
 
     def snapshot(self) -> Any:
         return self.flow.snapshot(), self.ok, self.status, self._last
@@ -124,6 +163,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
     def restore(self, snapshot: Any) -> None:
         inner, self.ok, self.status, self._last = snapshot
         self.flow.restore(inner)
+
+    def before_jump(self) -> Any:
+        return self._unhit
 
     def _check_start(self) -> None:
         self.period, self.driven = self.flow.period, self.flow.driven
