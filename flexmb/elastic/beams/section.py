@@ -89,7 +89,7 @@ class Prismatic(Dimensioned):
     @staticmethod
     @abstractmethod
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
-        """Area [m^2], second moment of area [m^4] and distance of the outer fibre [m]; NaN: unknown."""
+        """Area [m^2], second moment of area [m^4] and distance of the outer fibre [m] of dimensions; NaN: unknown."""
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
