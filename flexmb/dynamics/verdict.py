@@ -327,7 +327,7 @@ MOST_SIGNALS = 8  # largest number of columns in the 0-1 test
 # With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular.
 PART = 4
 # Separation of neighbours D below which a motion is regular, above which it is chaotic; below which K is not asked.
-# Limits of the 0-1 test K: `series/zero_one.py`; of tests for cycles, approach and drift: `evidence.py`.
+# Limits of the 0-1 test K: `series/samples.py`; of tests for cycles, approach and drift: `evidence.py`.
 REGULAR, PARTED, TOGETHER = 0.2, 0.5, 0.05
 RELATIVE = 1e-4  # difference that counts as none, over the spread of the signal
 
