@@ -239,7 +239,7 @@ class Solution:
     )
     notes: tuple[str, ...] = field(
         "remarks on the run, e.g. of contact laws that left their validity, in sentences; left out: those of the "
-        "findings that are no errors", default=()
+        "findings that are no errors", default_factory=tuple
     )  # fmt: skip
     model: Mapping[str, Any] = field(
         "name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON",
@@ -251,7 +251,7 @@ class Solution:
     )
     findings: tuple[Finding, ...] = field(
         "findings on the run, each with code, parts, text, remedy, severity and numbers, as those of `check`",
-        default=(),
+        default_factory=tuple,
     )
     late: LateFindings | None = field(
         "function that looks for more of them, none of which is an error; called when `findings` or `notes` are first "
@@ -273,7 +273,7 @@ class Solution:
         self._set("aliases", dict(self.aliases))
         self._set("findings", tuple(self.findings))
         self._set("notes", tuple(self.notes) or sentences(self.findings))
-        if self.late is not None:  # `__getattr__` finds both
+        if self.late is not None:  # `__getattr__` finds both: neither has a default in the class
             self._set("_prompt", self.__dict__.pop("findings"))
             del self.__dict__["notes"]
         self._set("model", dict(self.model))
