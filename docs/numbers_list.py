@@ -378,32 +378,32 @@ statics.equilibrium.SNAP_LOAD_STEP | 1 | what tangents see | the same at the sma
 statics.equilibrium.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
 run.simulate.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
 statics.equilibrium.LEAST_JUMP | 1 | loads | when two equilibria are the same
-dynamics.sections.crossing.ROUNDS | iterations | nothing | most rounds to a crossing
-dynamics.sections.crossing.HALVINGS | halvings | nothing | most halvings of a step there
-dynamics.sections.crossing.CLOSE | 1 | a step | how near a crossing has to be
-dynamics.evidence.RETURNS | returns | nothing | returns that make a cycle
-dynamics.evidence.TAIL | points | nothing | least points of a cycle
-dynamics.evidence.LONGEST | points | nothing | longest cycle that is looked for
-dynamics.exponents.lyapunov.PART | 1 | points of the first run | the second run has one in so many
-dynamics.exponents.lyapunov.SETTLES | 1 | points of the first run | the second run leaves out one in so many
-dynamics.exponents.lyapunov.LEAST | points | nothing | points of the second run, at least
-dynamics.exponents.lyapunov.SECOND_RUN_APART | 1 | size of the state | distance of the other start
-dynamics.evidence.LEAST_IN_DOUBLED_BAND | points | nothing | points of a band that doubles
-dynamics.evidence.FINER | 1 | mean square | what a doubling leaves at most
-dynamics.evidence.FEWEST_DOUBLINGS | doublings | nothing | fewest that accumulate
-dynamics.evidence.BLOCKS | blocks | nothing | parts of a record that are laid on a line
-dynamics.evidence.LEAST_BLOCKS | blocks | nothing | fewest of them
-dynamics.evidence.LEAST_OF_BLOCK | points | nothing | points of one
-dynamics.evidence.STRAIGHT | 1 | mean square | share of the line in a drift
-dynamics.evidence.LEAST_IN_BAND | points | nothing | points of a band whose mean is taken away
-dynamics.exponents.exponents.BLOCKS | blocks | nothing | blocks that an error is taken from
-dynamics.exponents.exponents.FEWEST_BLOCKS | blocks | nothing | fewest of them
-dynamics.exponents.exponents.POWER | 1 | logarithm of time | growth like this power of time is none
-dynamics.exponents.exponents.LOGS | 1 | round-off | error of a logarithm
-dynamics.exponents.exponents.WITHIN | 1 | errors | exponents that do not differ
-dynamics.exponents.exponents.CLEARLY | 1 | errors | a second exponent that speaks against a regular motion
-dynamics.exponents.exponents.FEWEST | intervals | nothing | fewest for an error
-dynamics.exponents.exponents.SETTLING | intervals | nothing | those that directions need to settle
+dynamics.sections.ROUNDS | iterations | nothing | most rounds to a crossing
+dynamics.sections.HALVINGS | halvings | nothing | most halvings of a step there
+dynamics.sections.CLOSE | 1 | a step | how near a crossing has to be
+dynamics.verdict.RETURNS | returns | nothing | returns that make a cycle
+dynamics.verdict.TAIL | points | nothing | least points of a cycle
+dynamics.verdict.LONGEST | points | nothing | longest cycle that is looked for
+dynamics.lyapunov.PART | 1 | points of the first run | the second run has one in so many
+dynamics.lyapunov.SETTLES | 1 | points of the first run | the second run leaves out one in so many
+dynamics.lyapunov.LEAST | points | nothing | points of the second run, at least
+dynamics.lyapunov.SECOND_RUN_APART | 1 | size of the state | distance of the other start
+dynamics.verdict.LEAST_IN_DOUBLED_BAND | points | nothing | points of a band that doubles
+dynamics.verdict.FINER | 1 | mean square | what a doubling leaves at most
+dynamics.verdict.FEWEST_DOUBLINGS | doublings | nothing | fewest that accumulate
+dynamics.verdict.BLOCKS | blocks | nothing | parts of a record that are laid on a line
+dynamics.verdict.LEAST_BLOCKS | blocks | nothing | fewest of them
+dynamics.verdict.LEAST_OF_BLOCK | points | nothing | points of one
+dynamics.verdict.STRAIGHT | 1 | mean square | share of the line in a drift
+dynamics.verdict.LEAST_IN_BAND | points | nothing | points of a band whose mean is taken away
+dynamics.exponents.BLOCKS | blocks | nothing | blocks that an error is taken from
+dynamics.exponents.FEWEST_BLOCKS | blocks | nothing | fewest of them
+dynamics.exponents.POWER | 1 | logarithm of time | growth like this power of time is none
+dynamics.exponents.LOGS | 1 | round-off | error of a logarithm
+dynamics.exponents.WITHIN | 1 | errors | exponents that do not differ
+dynamics.exponents.CLEARLY | 1 | errors | a second exponent that speaks against a regular motion
+dynamics.exponents.FEWEST | intervals | nothing | fewest for an error
+dynamics.exponents.SETTLING | intervals | nothing | those that directions need to settle
 dynamics.orbits.periodic_orbit.REAL | 1 | a multiplier | imaginary part that is none
 dynamics.orbits.periodic_orbit.NEAR | 1 | a multiplier | distance from 1 that names a bifurcation
 dynamics.orbits.continuation.SHARPEST | 1 | cosine | sharpest turn of a branch between points
@@ -432,7 +432,7 @@ dynamics.orbits.event_curve.SHARPEST | 1 | cosine | sharpest turn of a curve bet
 dynamics.orbits.event_curve.PRECISE | 1 | range | accuracy of a point of a curve
 dynamics.systems.dynamics.SMALL | 1 | size of the state | distance of a companion
 dynamics.systems.mechanism_flow.SMALL_IN_CONTACT | 1 | size of the state | the same with contacts
-dynamics.exponents.renormalisation.INTERVALS | intervals | nothing | intervals in which directions are made apart
+dynamics.lyapunov.INTERVALS | intervals | nothing | intervals in which directions are made apart
 dynamics.systems.mechanism_flow.SHORTEST | spacings | time | shortest interval
 dynamics.systems.mechanism_flow.INSTANT | 1 | period | instants at which rates are compared
 dynamics.systems.mechanism_flow.NUDGE | 1 | size of the state | difference for a rate
@@ -445,17 +445,17 @@ dynamics.orbits.periodic_orbit.TOLERANCE | 1 | size of the state | what does not
 dynamics.orbits.periodic_orbit.TOLERANCE_OF_STEPS | 1 | size of the state | the same with error-controlled steps
 dynamics.orbits.periodic_orbit.AMPLIFIED | 1 | tolerance | what a multiplier may make of it
 dynamics.orbits.periodic_orbit.AT_REST | 1 | size of the state | an orbit that stands still
-dynamics.exponents.renormalisation.TOO_MUCH | 1 | a difference | growth that asks for shorter intervals
-dynamics.exponents.renormalisation.FAR_TOO_MUCH | 1 | a difference | growth that is repeated
-dynamics.exponents.renormalisation.LOST | 1 | largest direction | direction that is lost
-dynamics.exponents.renormalisation.MOST_LOOKS | looks | an interval | most looks
-dynamics.sections.maps.PERIODS | periods | period | longest way to a section
-dynamics.sections.maps.PACES | paces | first pace | the same without a period
-dynamics.sections.maps.AHEAD | 1 | a step | distance from a section that has been left
-dynamics.evidence.GROUP | 1 | spread | signals that move together
-dynamics.evidence.SEPARATE | 1 | noise | signals that differ
-dynamics.evidence.SUCCESSORS | steps | nothing | successors of neighbours
-dynamics.evidence.LEAST_WAY | 1 | logarithm of a distance | least growth that counts
+dynamics.lyapunov.TOO_MUCH | 1 | a difference | growth that asks for shorter intervals
+dynamics.lyapunov.FAR_TOO_MUCH | 1 | a difference | growth that is repeated
+dynamics.lyapunov.LOST | 1 | largest direction | direction that is lost
+dynamics.lyapunov.MOST_LOOKS | looks | an interval | most looks
+dynamics.sections.PERIODS | periods | period | longest way to a section
+dynamics.sections.PACES | paces | first pace | the same without a period
+dynamics.sections.AHEAD | 1 | a step | distance from a section that has been left
+dynamics.verdict.GROUP | 1 | spread | signals that move together
+dynamics.verdict.SEPARATE | 1 | noise | signals that differ
+dynamics.verdict.SUCCESSORS | steps | nothing | successors of neighbours
+dynamics.verdict.LEAST_WAY | 1 | logarithm of a distance | least growth that counts
 dynamics.orbits.shooting.SMALL | 1 | size of the state | differences for derivatives of maps
 dynamics.orbits.shooting.SMALL_OF_A_FLOW | 1 | size of the state | the same for flows
 dynamics.verdict.LEAST | points | nothing | least points of a verdict
@@ -472,12 +472,12 @@ dynamics.verdict.RELATIVE | 1 | spread | points that are the same
 dynamics.basins.KEPT | points | nothing | points that are remembered
 dynamics.basins.CLOSE | 1 | tolerance | points that may be the same
 dynamics.basins.SAME | 1 | size of the state | points that are the same
-dynamics.series.correlation.LEAST_OF_DIMENSION | points | nothing | least points
-dynamics.series.correlation.PERIODS | periods | nothing | least periods
-dynamics.series.correlation.DIMENSION_REFERENCES | points | nothing | reference points
-dynamics.series.correlation.PER_E | radii | factor e | radii
-dynamics.series.correlation.SPAN | 1 | logarithm of a radius | least length of a straight part
-dynamics.series.correlation.EVEN | 1 | slope | what is straight
+dynamics.series.embedding.LEAST_OF_DIMENSION | points | nothing | least points
+dynamics.series.embedding.PERIODS | periods | nothing | least periods
+dynamics.series.embedding.DIMENSION_REFERENCES | points | nothing | reference points
+dynamics.series.embedding.PER_E | radii | factor e | radii
+dynamics.series.embedding.SPAN | 1 | logarithm of a radius | least length of a straight part
+dynamics.series.embedding.EVEN | 1 | slope | what is straight
 dynamics.series.embedding.LEAST | points | nothing | least points
 dynamics.series.embedding.FALSE_SHARE | 1 | neighbours | false ones that may be left
 dynamics.series.exponent.LEAST | points | nothing | least points
@@ -501,9 +501,9 @@ dynamics.series.exponent.CANDIDATES | points | nothing | neighbours that are loo
 dynamics.series.exponent.BIAS | 1 | exponent | bias that is accepted
 dynamics.series.exponent.LASTING | 1 | neighbours | those that last
 dynamics.series.exponent.SMALLEST | 1 | spread | smallest distance
-dynamics.series.zero_one.ENOUGH | points | nothing | least points
-dynamics.series.zero_one.REGULAR | 1 | 0-1 test | regular below
-dynamics.series.zero_one.CHAOTIC | 1 | 0-1 test | chaotic above
+dynamics.series.samples.ENOUGH | points | nothing | least points
+dynamics.series.samples.REGULAR | 1 | 0-1 test | regular below
+dynamics.series.samples.CHAOTIC | 1 | 0-1 test | chaotic above
 dynamics.report.ENOUGH | samples | period | most for estimates from a signal
 dynamics.report.LEAST | points | nothing | least points of a 0-1 test
 engine.linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
@@ -513,21 +513,21 @@ elastic.beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 elastic.beams.mesh.FARTHEST | m | nothing | largest coordinate of a mesh
 elastic.meshes.mesh.ON_CIRCLE | 1 | radius | nodes on a circle
 elastic.meshes.mesh.PLACES | digits | size of the mesh | decimal places of the centre of a hole
-elastic.meshes.checks.FLAT | 1 | longest side squared | Jacobian determinant of a flat cell
-elastic.meshes.checks.ON_EDGE | 1 | edge | node on the edge of another cell
-elastic.meshes.fillings.SAME_PLACE | 1 | size of the mesh | nodes of two blocks at one place
-elastic.meshes.fillings.MOST_NODES | nodes | nothing | largest block of a mesh
-elastic.meshes.fillings.CLEAR | 1 | size of the cells | distance of a plate's lattice from the boundary
-elastic.meshes.fillings.ROUNDS | rounds | nothing | rounds of smoothing
-elastic.meshes.fillings.FLAT | 1 | median area | triangle that is round-off
-elastic.meshes.fillings.FEWEST | nodes | nothing | least nodes of a hole
+elastic.meshes.mesh.FLAT | 1 | longest side squared | Jacobian determinant of a flat cell
+elastic.meshes.mesh.ON_EDGE | 1 | edge | node on the edge of another cell
+elastic.meshes.outlines.SAME_NODE | 1 | size of the mesh | nodes of two blocks at one place
+elastic.meshes.outlines.MOST_NODES | nodes | nothing | largest block of a mesh
+elastic.meshes.outlines.CLEAR | 1 | size of the cells | distance of a plate's lattice from the boundary
+elastic.meshes.outlines.ROUNDS | rounds | nothing | rounds of smoothing
+elastic.meshes.outlines.FLAT | 1 | median area | triangle that is round-off
+elastic.meshes.outlines.FEWEST | nodes | nothing | least nodes of a hole
 elastic.meshes.outlines.NARROW | rad | nothing | widest shank whose eye ends on an arc
 elastic.meshes.outlines.LARGEST_TURN | rad | nothing | turn of a fillet along one cell
 elastic.meshes.outlines.NO_CORNER | 1 | radius | shank that leaves an eye without a corner
 elastic.meshes.outlines.FEWEST_ON_ARC | edges | nothing | least edges of a fillet
 elastic.meshes.outlines.SAME_PLACE | 1 | longest edge | ends of two fillets at one place
 elastic.meshes.outlines.STRAIGHT | rad | nothing | corner that is none
-elastic.meshes.fillings.STRETCHED | 1 | two sides | triangle that is flat on an arc
+elastic.meshes.outlines.STRETCHED | 1 | two sides | triangle that is flat on an arc
 elastic.planes.pins.NO_ARM | 1 | size of the mesh | nodes at the point of a pin
 elastic.planes.plane_body.SAME_LENGTH | 1 | length | distance of pins that fits the mesh, point of a joint that is a pin
 elastic.planes.plane_body.SHIFT | 1 | longitudinal wave squared | shift of the eigenvalues
@@ -539,10 +539,10 @@ def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
     the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.method.RTOL
-    a factor of a formula: dynamics.report.HALF dynamics.exponents.exponents.LATE parts.contact.friction.PASSIVE
+    a factor of a formula: dynamics.report.HALF dynamics.exponents.LATE parts.contact.friction.PASSIVE
         engine.energy.GAUSS_POINT
         statics.start.consistent.WHOLE_TURN
-        dynamics.evidence.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN
+        dynamics.verdict.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN
         elastic.beams.corotational.REST elastic.beams.fem.BOW engine.step.acceptance.PAST_OF_QUADRATIC
     printed with the theory, and only a remark: parts.contact.validity.LOVE parts.contact.validity.YIELD_OF_POINT
         parts.contact.validity.YIELD_OF_LINE
@@ -560,7 +560,7 @@ def _left_out() -> dict[str, str]:
         run.run.NOT_SAVING engine.sensitivity.tangent_step.TANGENT_LOST
         engine.step.contact_events.IMPACT engine.step.contact_events.LASTING
         engine.step.contact_events.CLOSING_PHASE engine.step.contact_events.LASTING_PHASE
-        engine.linalg.lu.ROWS_HELD engine.linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
+        engine.linalg.lu.ROWS_HELD engine.linalg.lu.NO_ROW dynamics.sections.DOWN dynamics.sections.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
         program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
@@ -603,7 +603,7 @@ def _left_out() -> dict[str, str]:
     a size of a buffer, a block or a store: dynamics.jobs.executors.PENDING dynamics.jobs.files.DIGEST
         elastic.reduced.reduced.REMEMBERED engine.state.flow.PAST_STATES run.run.BUFFER_ROWS
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
-        dynamics.series.correlation.BLOCK program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
+        dynamics.series.embedding.BLOCK program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         engine.sensitivity.signal_rows.STEP_ROWS program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saving.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW
@@ -611,7 +611,7 @@ def _left_out() -> dict[str, str]:
     how many are printed or written: dynamics.report.LINES dynamics.report.ROUND_OFF dynamics.jobs.progress.EVERY
         results.positions.SEEN results.positions.ROUND_OFF results.status.MOST results.solution.MOST_OF_A_KIND results.status.PANELS statics.start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution.IN_TEXT results.solution.IN_TABLE results.solution.ROUND_OFF
-        statics.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
+        statics.modes.SHOWN_MODES dynamics.exponents.SHOWN
     shortens what another number decides: engine.linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: engine.radau.collocation.C engine.radau.collocation.ESTIMATE
         engine.radau.collocation.FROM_IM engine.radau.collocation.FROM_RE engine.radau.collocation.FROM_REAL

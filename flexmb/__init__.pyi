@@ -22,8 +22,8 @@ from flexmb import results as results
 from flexmb import sweeps as sweeps
 from flexmb import testing as testing
 from flexmb import wear as wear
-from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
-from flexmb.dynamics.sections.points import stroboscopic as stroboscopic
+from flexmb.dynamics.lyapunov import lyapunov as lyapunov
+from flexmb.dynamics.sections import stroboscopic as stroboscopic
 from flexmb.dynamics.sweeps.bifurcation import bifurcation as bifurcation
 from flexmb.dynamics.sweeps.parameter_sweep import sweep as sweep
 from flexmb.dynamics.sweeps.wear import wear_out as wear_out

@@ -10,9 +10,8 @@ from nine_bar_study.case import Case
 from nine_bar_study.run import StudyError, StudyRun
 
 from flexmb import checks
-from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
-from flexmb.dynamics.exponents.lyapunov import TrajectoryPair, lyapunov
-from flexmb.dynamics.exponents.renormalisation import lengths_of
+from flexmb.dynamics.exponents import FEWEST, Exponents
+from flexmb.dynamics.lyapunov import TrajectoryPair, lengths_of, lyapunov
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 
@@ -209,8 +208,7 @@ def _pairs(flow: MechanismFlow, case: Case, pairs: int) -> dict[str, Any]:
     _go(flow, flow.time + period / pairs, case, linear)  # the tangent vector turns to the direction of fastest growth
     table, begins = np.empty((2, pairs, LOOKS + 1, 1 + len(places))), np.empty(pairs)
     for number in range(pairs):
-        pair = TrajectoryPair(flow, flow.copy(), flow.weights, APART)
-        pair.renormalise(linear.W[:, 0])
+        pair = TrajectoryPair(flow, APART, linear.W[:, 0])
         begins[number] = flow.time
         table[:, number, 0] = _distances(pair, linear.places), linear.logs()
         for look in range(1, LOOKS + 1):

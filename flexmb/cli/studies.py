@@ -15,7 +15,7 @@ from flexmb.cli.arguments.source import Source, field_option
 from flexmb.cli.run import flow_options, periods_of, require_folder, require_those_of, tell
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.dynamics.report import Plan
-from flexmb.dynamics.sections.maps import StroboscopicMap
+from flexmb.dynamics.sections import StroboscopicMap
 from flexmb.dynamics.sweeps.bifurcation import Family, bifurcation, first_of
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError

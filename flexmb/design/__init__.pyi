@@ -14,9 +14,9 @@ from flexmb.design.measures import smallest as smallest
 from flexmb.design.optimum import Optimum as Optimum
 from flexmb.design.optimum import optimise as optimise
 from flexmb.design.orbits import OrbitSensitivity as OrbitSensitivity
+from flexmb.design.orbits import StaticSensitivity as StaticSensitivity
 from flexmb.design.orbits import orbit_sensitivity as orbit_sensitivity
-from flexmb.design.rest import StaticSensitivity as StaticSensitivity
-from flexmb.design.rest import static_sensitivity as static_sensitivity
+from flexmb.design.orbits import static_sensitivity as static_sensitivity
 from flexmb.design.tolerances import Normal as Normal
 from flexmb.design.tolerances import Spread as Spread
 from flexmb.design.tolerances import Uniform as Uniform

@@ -30,11 +30,6 @@ from flexmb.run.simulate import Step, check_end, period_or_none, prepared
 RTOL_OF_FIXED_STEPS = 1e-6  # accuracy of runs with fixed steps, for the horizon of their derivatives
 
 
-# Run of a parameter model with derivatives of some signals
-class HorizonError(SolveError):
-    """Error of a motion in which small differences grow by more than 1/rtol."""
-
-
 class Span(NamedTuple):
     """End of a run, t_end [s] or periods of the drives; saved instants, step and method as in `simulate`."""
 
@@ -121,7 +116,7 @@ def carried(label: str, begun: Started, found: Directions, *, every: bool) -> tu
     if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
         text = f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s,"
         text += f" more than 1/rtol = {1.0 / rtol:.3g}"
-        raise HorizonError(f"{text}: derivatives say nothing there. End the run earlier.")
+        raise SolveError(f"{text}: derivatives say nothing there. End the run earlier.")
     times, chosen = begun.values(label)
     slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(found.q), : len(places)]
     rows = _rows(run, first, slopes) if every else ()

@@ -8,14 +8,14 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.fields import field, record
+from flexmb.fields import Input, between, field, instance, one_of, record
 
 KINDS = ("mean", "rms", "peak", "end")  # kinds of measures that a signal has by its name
 EXTREMES = ("peak", "largest", "smallest")  # kinds whose derivatives jump where another instant takes over
 
 
 @record
-class Measure:
+class Measure(Input):
     """A number of a signal over a whole run; `mean`, `rms`, `peak`, `largest`, `smallest` and `at_end` make it.
 
     Raises
@@ -23,16 +23,9 @@ class Measure:
     InputError : an unknown kind; a norm below 1.
     """
 
-    kind: str = field('"mean", "rms", "peak", "largest", "smallest" or "end"')
-    signal: str = field("name of a signal")
-    norm: float | None = field("order of a smooth peak, see `peak`", default=None)
-
-    def __post_init__(self) -> None:
-        checks.one_of("Measure", "kind", self.kind, [*KINDS, *EXTREMES[1:]])
-        if not isinstance(self.signal, str):
-            raise InputError(f"Measure: signal is {self.signal!r}; it must be the name of one, such as 'slider.ax'.")
-        if self.norm is not None:
-            checks.between("Measure", "norm", self.norm, 1.0, 1e6)
+    kind: str = field('"mean", "rms", "peak", "largest", "smallest" or "end"', rule=one_of(*KINDS, *EXTREMES[1:]))
+    signal: str = field("name of a signal", rule=instance(str, "the name of one, such as 'slider.ax'"))
+    norm: float | None = field("order of a smooth peak, see `peak`", rule=between(1.0, 1e6), default=None)
 
     @property
     def name(self) -> str:

@@ -15,7 +15,7 @@ from flexmb.design.parameters import Model, ParameterModel, box_points, refuse_t
 from flexmb.dynamics.sweeps.parameter_sweep import RESERVED, sweep
 from flexmb.engine.step.method import Method
 from flexmb.errors import InputError, SolveError
-from flexmb.fields import field, record, record_with
+from flexmb.fields import Input, field, positive, record, record_with
 from flexmb.late import scipy, xr
 from flexmb.run.simulate import Step, simulate
 
@@ -23,7 +23,7 @@ TAILS = (0.05, 0.95)  # quantiles of the samples that are told
 
 
 @record
-class Normal:
+class Normal(Input):
     """Normal distribution of a parameter.
 
     Raises
@@ -32,11 +32,7 @@ class Normal:
     """
 
     mean: float = field("mean value")
-    deviation: float = field("standard deviation")
-
-    def __post_init__(self) -> None:
-        checks.number("Normal", "mean", self.mean)
-        checks.positive("Normal", "deviation", self.deviation)
+    deviation: float = field("standard deviation", rule=positive)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Values below which parts u of all lie."""
@@ -44,7 +40,7 @@ class Normal:
 
 
 @record
-class Uniform:
+class Uniform(Input):
     """Uniform distribution of a parameter.
 
     Raises
@@ -56,7 +52,8 @@ class Uniform:
     high: float = field("upper bound")
 
     def __post_init__(self) -> None:
-        if not checks.number("Uniform", "low", self.low) < checks.number("Uniform", "high", self.high):
+        super().__post_init__()
+        if not self.low < self.high:
             raise InputError(f"Uniform: low is {self.low:g}, high is {self.high:g}; low must be below high.")
 
     @property

@@ -21,8 +21,6 @@ from flexmb.late import xr
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-# Attractors of motions that are observed once a period: repetition, and comparison with known attractors
-
 KEPT = 128  # number of section points that represent an attractor without repetition
 CLOSE = 0.1  # distance of two sets of points without repetition, over their size, below which they are one attractor
 SAME = 1e-6  # difference of two rounds, over the tolerance, below which they are equal
@@ -49,7 +47,7 @@ class Rules:
         return self.tolerance * self.size
 
     def away(self, points: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Distances (n,) of points (n, size) from another point (size,), without whole turns."""
+        """Distances (n,) of points (n, size) from one other point or from as many others, without whole turns."""
         d = self.space.difference(points, other)
         return np.asarray(np.sqrt((d * d) @ self.space.weights))
 
@@ -99,16 +97,11 @@ def _repeats(points: list[np.ndarray], rules: Rules) -> int:
         if back[k - 1] > rules.close:
             continue
         now, before, first = last[-k:], last[-2 * k : -k], last[-3 * k : -2 * k]
-        d1, d0 = _apart(now, before, rules), _apart(before, first, rules)
+        d1, d0 = (float(rules.away(*pair).max()) for pair in ((now, before), (before, first)))
         if d1 <= SAME * rules.close or (d1 < d0 and d1 * d1 <= rules.close * (d0 - d1)):
             divisors = [m for m in range(1, k) if k % m == 0]  # a spiral comes nearer to itself after some turns
-            return next((m for m in divisors if _apart(now, last[-k - m : -m], rules) <= 3.0 * rules.close), k)
+            return next((m for m in divisors if rules.away(now, last[-k - m : -m]).max() <= 3.0 * rules.close), k)
     return 0
-
-
-def _apart(points: np.ndarray, others: np.ndarray, rules: Rules) -> float:
-    """Largest distance of points from others, pair by pair."""
-    return max(float(rules.away(one[None, :], other)[0]) for one, other in zip(points, others, strict=True))
 
 
 def matched_attractors(tracks: list[Track], rules: Rules) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:
@@ -267,7 +260,7 @@ def basin(
     starts = np.tile(moved.state(), (len(ys) * len(xs), 1))
     starts[:, a], starts[:, b] = np.tile(xs, len(ys)), np.repeat(ys, len(xs))
     limits = {"settle": settle, "longest": longest, "repeats": repeats}
-    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, limits)
+    rules = _rules(Shooting(LABEL, moved, period=period, angles=tuple(angles)), starts, tolerance, bound, limits)
     if executor is None:
         found: list[list[Track]] = [tracks_of(moved.copy(), starts, rules).values["tracks"]]
     else:
@@ -318,16 +311,7 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
     return place, name, units.get(name, ""), grid
 
 
-def _rules(
-    system: Dynamics,
-    starts: np.ndarray,
-    period: Period,
-    angles: tuple[str, ...],
-    tolerance: float,
-    bound: float,
-    limits: Mapping[str, int],
-) -> Rules:
-    passes = Shooting(LABEL, system, period=period, angles=angles)
+def _rules(passes: Shooting, starts: np.ndarray, tolerance: float, bound: float, limits: Mapping[str, int]) -> Rules:
     counts: dict[str, Any] = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")

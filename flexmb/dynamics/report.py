@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.dynamics.exponents.exponents import Exponents
-from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.exponents import Exponents
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sections.maps import StroboscopicMap
-from flexmb.dynamics.series.correlation import CorrelationDimension, Recurrence, correlation_dimension, recurrence
+from flexmb.dynamics.lyapunov import lyapunov
+from flexmb.dynamics.sections import StroboscopicMap
+from flexmb.dynamics.series.embedding import CorrelationDimension, Recurrence, correlation_dimension, recurrence
 from flexmb.dynamics.series.exponent import SeriesExponent, rosenstein
-from flexmb.dynamics.series.samples import PowerSpectrum, power_spectrum
-from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
+from flexmb.dynamics.series.samples import PowerSpectrum, ZeroOne, power_spectrum, zero_one_test
 from flexmb.dynamics.systems.dynamics import as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
@@ -489,18 +488,13 @@ def _series(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
 
 
 def _row(f: SignalEstimates) -> dict[str, float | str]:
-    row: dict[str, float | str] = {"units": f.unit}
-    if f.zero_one is not None:
-        row |= {"zero_one": f.zero_one.value, "zero_one_spread": f.zero_one.spread, "zero_one_kind": f.zero_one.kind}
-    if f.exponent is not None:
-        row |= {"rosenstein": f.exponent.value, "rosenstein_error": f.exponent.error}
-        row["rosenstein_status"] = f.exponent.status
-    if f.spectrum is not None:
-        row |= {"line_share": f.spectrum.line_share, "spectrum_kind": f.spectrum.kind}
-    if f.dimension is not None:
-        row |= {"dimension": f.dimension.value, "dimension_error": f.dimension.error}
-        row["dimension_status"] = f.dimension.status
-    if f.recurrence is not None:
-        names = ("rate", "determinism", "laminarity", "mean_diagonal", "longest_diagonal", "entropy", "trapping_time")
-        row |= {f"recurrence_{name}": float(vars(f.recurrence)[name]) for name in (*names, "threshold")}
-    return row
+    names = ("rate", "determinism", "laminarity", "mean_diagonal", "longest_diagonal", "entropy", "trapping_time")
+    wanted: tuple[tuple[Any, dict[str, str]], ...] = (
+        (f.zero_one, {"zero_one": "value", "zero_one_spread": "spread", "zero_one_kind": "kind"}),
+        (f.exponent, {"rosenstein": "value", "rosenstein_error": "error", "rosenstein_status": "status"}),
+        (f.spectrum, {"line_share": "line_share", "spectrum_kind": "kind"}),
+        (f.dimension, {"dimension": "value", "dimension_error": "error", "dimension_status": "status"}),
+        (f.recurrence, {f"recurrence_{name}": name for name in (*names, "threshold")}),
+    )
+    found = {key: vars(one)[own] for one, keys in wanted if one is not None for key, own in keys.items()}
+    return {"units": f.unit, **found}

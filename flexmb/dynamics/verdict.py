@@ -1,38 +1,294 @@
-"""The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive."""
+"""The verdict on a motion from its section points: evidence (bands, cycles, stationarity), and its kind."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from numbers import Real
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb import checks, display
 from flexmb.display import cut
-from flexmb.dynamics.evidence import (
-    SEPARATE,
-    Columns,
-    band_count,
-    columns_of,
-    doublings,
-    find_approach,
-    find_cycle,
-    find_drift,
-    halves_differ,
-    longest_cycle,
-    points_of,
-    separation,
-    swells,
-    without_bands,
-)
-from flexmb.dynamics.series.samples import LARGEST
-from flexmb.dynamics.series.zero_one import CHAOTIC, growth_correlations, kind_of
+from flexmb.dynamics.series.embedding import nearest, typical_log_distance
+from flexmb.dynamics.series.samples import CHAOTIC, LARGEST, growth_correlations, kind_of, real_numbers
 from flexmb.errors import InputError
 from flexmb.fields import field, record
 
-# Meaning of exponents and of the evidence of a verdict in words, for tables
+# Columns of section points for a verdict: angles on their circle, without constant and driven signals
+
+TURN = 2.0 * np.pi
+GROUP = 1e-3  # smallest size of a signal, over the size of the largest signal of the same unit
+# Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions.
+SEPARATE = 10.0
+
+
+Known = tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]  # units, driven names and sizes of signals
+
+
+class Columns(NamedTuple):
+    """Signals of section points for a verdict, and the names of signals without information."""
+
+    # Points (n, m) in their units; a rotating angle has two columns, cosine and sine. Of each column: the name of the
+    # signal, the difference that is round-off or integration error, the deviation over the second half of the record.
+    values: np.ndarray
+    names: tuple[str, ...]
+    floor: np.ndarray
+    spread: np.ndarray
+    left_out: tuple[str, ...]
+
+
+def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Points as (n, m) float64, and the names of their signals; see `judge`."""
+    labels = checks.sequence("judge", "names", names, "names of signals")
+    values = real_numbers(points)
+    if values is None:
+        raise InputError("judge: the points are no table of numbers (n, m): successive points, signals.")
+    if values.ndim == 1 and len(labels) == 1:
+        values = values[:, None]
+    if values.ndim != 2 or values.shape[1] != len(labels):
+        text = f"judge: the points have shape {values.shape} for {len(labels)} names; it must be (n, {len(labels)})"
+        raise InputError(f"{text}: successive points, signals.")
+    return values, tuple(str(label) for label in labels)
+
+
+def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: float) -> Columns:
+    """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,)."""
+    # The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
+    # `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its
+    # size. Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of
+    # the same unit.
+    units, driven, sizes = known
+    if sizes is None:
+        sizes = _sizes(values, units)
+    columns: list[tuple[str, np.ndarray, float]] = []
+    left_out = []
+    for k, name in enumerate(names):
+        column = values[:, k]
+        angle = units[k] == "rad" if units is not None else _turns(column)
+        entries, size = [column], float(sizes[k])
+        if angle:  # about its mean direction, or cosine and sine
+            near = np.angle(np.exp(1j * (column - np.angle(np.exp(1j * column).mean()))))
+            rotates = np.abs(near).max() >= 0.9 * np.pi
+            entries, size = ([np.cos(column), np.sin(column)], 1.0) if rotates else ([near], TURN / 2)
+        turned = angle and max(np.ptp(entry) for entry in entries) <= floor * size and np.ptp(column) >= TURN / 2
+        if name in driven or turned:
+            left_out.append(name)
+        else:
+            columns += [(name, entry, floor * float(size)) for entry in entries]
+    half = len(values) // 2
+    table = np.stack([column for _, column, _ in columns], axis=1) if columns else np.empty((len(values), 0))
+    floors = np.array([column_floor for _, _, column_floor in columns])
+    labels = tuple(name for name, _, _ in columns)
+    return Columns(table, labels, floors, table[half:].std(axis=0), tuple(left_out))
+
+
+def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
+    """Sizes (m,) of signals from their points (n, m)."""
+    # A velocity that is always 0 at the section does not have its own round-off as its size.
+    own = np.asarray(np.abs(values).max(axis=0))
+    if units is None:
+        return own
+    group = [max(own[j] for j, other in enumerate(units) if other == unit) for unit in units]
+    return np.asarray(np.maximum(own, GROUP * np.array(group)))
+
+
+def _turns(column: np.ndarray) -> bool:
+    """Whether a signal grows by an equal integer number of turns in every step, as a driven angle."""
+    steps = np.diff(column)
+    turns = np.round(steps.mean() / TURN)
+    return bool(turns != 0 and np.abs(steps - turns * TURN).max() < 1e-6)
+
+
+# Bands: sets of section points that are visited in turn; separation of neighbours within a band
+
+# Limits of doubling bands: fewest points of a band, largest ratio of the mean squares, fewest doublings.
+LEAST_IN_DOUBLED_BAND, FINER, FEWEST_DOUBLINGS = 12, 0.25, 3
+SUCCESSORS = 3  # number of successive points in one vector; they distinguish points that are equal in the few signals
+LEAST_WAY = 1.5  # smallest logarithm of the ratio of the distances of arbitrary points and of neighbours
+
+
+def band_count(z: np.ndarray, least: int = 20) -> int:
+    """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands."""
+    # The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
+    # within a fifth of the minimum over all numbers up to 32.
+    longest = min(32, len(z) // least)
+    total = float(z.var(axis=0).sum())
+    squares = [sum(float(((z[p::k] - z[p::k].mean(axis=0)) ** 2).sum()) for p in range(k)) / (total * len(z))
+               for k in range(1, longest + 1)]  # fmt: skip
+    if not squares or min(squares) > 0.5:
+        return 1
+    return int(np.flatnonzero(np.array(squares) <= 1.2 * min(squares))[0]) + 1
+
+
+def doublings(z: np.ndarray) -> int:
+    """Number of doublings of the bands of points (n, m), if they double as far as the record can show; else 0."""
+    # At each doubling the mean square about the means of the 2, 4, 8, ... phases falls to a fourth or less. It falls to
+    # about a tenth at an accumulation of period doublings, and soon stays constant on closed curves and in banded
+    # chaos. The record shows bands of 12 points each.
+    deepest = int(np.log2(max(len(z) // LEAST_IN_DOUBLED_BAND, 1)))
+    squares = [float((without_bands(z, 2**m) ** 2).sum()) for m in range(deepest + 1)]
+    always = all(after <= FINER * before for before, after in pairwise(squares)) and squares[0] > 0.0
+    return deepest if always and deepest >= FEWEST_DOUBLINGS else 0
+
+
+def without_bands(z: np.ndarray, k: int) -> np.ndarray:
+    """Points (n, m) less the mean of their phase of k."""
+    deviations = z.copy()
+    for phase in range(k):
+        deviations[phase::k] -= z[phase::k].mean(axis=0)
+    return deviations
+
+
+def separation(z: np.ndarray, bands: int) -> float:
+    """Growth of the distance of neighbours: 0 if neighbours stay together, 1 if they become arbitrary points."""
+    # The mean logarithm of the distance of neighbours, from its start value to that of arbitrary points, after up to a
+    # fifth of the record, at most 60 steps. Neighbours are vectors of successive points, more than three steps apart.
+    # Arbitrary points belong to one band, unless neighbours are then hardly nearer. NaN: neighbours are hardly nearer
+    # than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
+    # Equation (9.9) of docs/theory/exponents.md.
+    # Points z (n, m) have unit spread and visit `bands` bands in turn.
+    count = len(z) - SUCCESSORS + 1
+    points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
+    reach = min(60, count // 5)
+    refs = np.arange(count - reach)
+    near, _ = nearest(points[: count - reach], refs, SUCCESSORS, least=1e-12)
+    i, j = refs[near >= 0], near[near >= 0]
+    if len(i) < 20:
+        return np.nan
+    gaps = np.stack([np.linalg.norm(points[i + s] - points[j + s], axis=1) for s in range(reach + 1)])
+    curve = np.log(np.maximum(gaps, 1e-12)).mean(axis=1)
+    for stride in dict.fromkeys((bands, 1)):
+        far = typical_log_distance(points, stride=stride)
+        if far - curve[0] >= LEAST_WAY and curve[SUCCESSORS] <= far - 0.5:
+            return float((curve[reach // 2 :].mean() - curve[0]) / (far - curve[0]))
+    return np.nan
+
+
+# Cycles of section points: points that return after k steps, or approach such a cycle
+
+RETURNS = 3  # number of returns of each point of a cycle in the last quarter of the record
+# Number of returns of each point of a cycle that only the last tenth shows; fewer may be chance or a laminar phase.
+TAIL = 10
+LONGEST = 200  # largest number of points of a cycle
+
+
+def longest_cycle(count: int) -> int:
+    """Number of points of the longest cycle that `count` points can show."""
+    return min(LONGEST, count // (2 * RETURNS))
+
+
+def find_cycle(scaled: np.ndarray) -> tuple[int, int] | None:
+    """Points of the shortest cycle on which the last quarter or tenth of the points lies, and its first point."""
+    # All points of one phase lie within one tolerance, from the first to the last. Points that creep round a closed
+    # curve in nearly k steps are therefore no cycle. Points are (n, m), over their tolerances.
+    count = len(scaled)
+    for divisor, returns in ((4, RETURNS), (10, TAIL)):
+        for k in range(1, longest_cycle(count) + 1):
+            length = max(count // divisor, returns * k)
+            if length > count:
+                break
+            if phase_spread(scaled[count - length :], k) <= 1.0:
+                last, back = scaled[count - k :], np.arange(count)[::-1] % k  # steps before the last point, modulo k
+                outside = np.flatnonzero(np.abs(scaled - last[k - 1 - back]).max(axis=1) > 1.0)
+                return k, int(outside[-1]) + 1 if len(outside) else 0
+    return None
+
+
+def phase_spread(scaled: np.ndarray, k: int) -> float:
+    """Largest extent of points (n, m) of one phase of k, over their tolerances, over the whole cycles of the record."""
+    cycles = len(scaled) // k
+    return float(np.ptp(scaled[len(scaled) - cycles * k :].reshape(cycles, k, -1), axis=0).max())
+
+
+def find_approach(scaled: np.ndarray, spread: float, longest: int = LONGEST) -> tuple[int, float, float] | None:
+    """Points of the shortest cycle that is approached, factor of its steps from point to point, length of the last."""
+    # A cycle has at most `longest` points. The steps over k shrink by at least a third from each third of the record to
+    # the next, and are below a fifth of the spread of the points in the last third. Points (n, m) and the extent
+    # `spread` are in tolerances.
+    count = len(scaled)
+    for k in range(1, min(longest, longest_cycle(count)) + 1):
+        steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
+        thirds = [np.array([third.max(), np.median(third)]) for third in np.array_split(steps, 3)]
+        shrink = all((b <= a / 1.5).all() for a, b in pairwise(thirds))
+        if shrink and thirds[2][0] < 0.2 * spread:
+            rate = float((thirds[2][1] / thirds[0][1]) ** (1.5 / len(steps))) if thirds[0][1] > 0.0 else 0.0
+            return k, rate, float(steps[-1])
+    return None
+
+
+# Stationarity of successive points: drift, halves of the record that differ, amplitudes that swell or shrink
+
+# Number of blocks whose means are fitted by a line; the fewest blocks, and the fewest points of a block.
+BLOCKS, LEAST_BLOCKS, LEAST_OF_BLOCK = 16, 12, 4
+# Smallest fraction of the mean square of the block means that the line explains; chance reaches it once in 1e9 records.
+STRAIGHT = 0.95
+LEAST_IN_BAND = 10  # fewest points of a band whose mean is subtracted
+
+
+def find_drift(values: np.ndarray, tolerances: np.ndarray) -> tuple[int, float, int] | None:
+    """Column of points (n, m) that drifts, its change in a step [its unit], points of the cycle on top (0: none)."""
+    # Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on
+    # top. Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise,
+    # closed curves and chaos may be on top.
+    for column, tolerance in enumerate(tolerances):
+        scaled = values[len(values) // 2 :, column] / tolerance
+        for k in range(1, longest_cycle(2 * len(scaled)) + 1):
+            step = float((scaled[k:] - scaled[:-k]).mean()) / k
+            without_drift = scaled - step * np.arange(len(scaled))
+            if abs(step) * len(scaled) > 1.0 and phase_spread(without_drift[:, None], k) <= 1.0:
+                return column, step * float(tolerance), k
+    for column, tolerance in enumerate(tolerances):
+        step = _mean_drift(values[:, [column]])
+        if abs(step) * len(values) > tolerance:
+            return column, step, 0
+    return None
+
+
+def _mean_drift(column: np.ndarray) -> float:
+    """Step of a signal (n, 1) whose means over blocks of the record lie on a line; else 0."""
+    blocks = min(BLOCKS, len(column) // LEAST_OF_BLOCK)
+    if blocks < LEAST_BLOCKS or np.ptp(column) == 0.0:
+        return 0.0
+    bands, numbers = band_count(column, LEAST_IN_BAND), np.arange(len(column), dtype=np.float64)
+    signal, number = (without_bands(v, bands)[:, 0] for v in (column, numbers[:, None]))
+    y, x = (np.array([block.mean() for block in np.array_split(v, blocks)]) for v in (signal, number))
+    y, x = y - y.mean(), x - x.mean()
+    scale = float((x @ x) * (y @ y))
+    if scale == 0.0 or float(x @ y) ** 2 < STRAIGHT * scale:
+        return 0.0
+    return float(number @ signal) / float(number @ number)
+
+
+def halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, float]:
+    """Distance of the halves of points (n, m) in deviations, and ratio of their deviations; largest of all columns."""
+    # For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
+    # median and quartiles, which jump between bands. Differences within `tolerances` (m,) count as none.
+    first, last = values[: len(values) // 2], values[len(values) // 2 :]
+    levels, ratios = [], []
+    for middle, deviation in ((np.mean, np.std), (np.median, _quartiles)):
+        spreads = np.maximum(np.stack([deviation(half, axis=0) for half in (first, last)]), tolerances)
+        levels.append(np.abs(middle(last, axis=0) - middle(first, axis=0)) / spreads.max(axis=0))
+        ratios.append(spreads.max(axis=0) / spreads.min(axis=0))
+    return float(np.min(levels, axis=0).max()), float(np.min(ratios, axis=0).max())
+
+
+def _quartiles(values: np.ndarray, axis: int) -> np.ndarray:
+    """Half the distance of the quartiles, scaled to the standard deviation of a normal distribution."""
+    low, high = np.quantile(values, (0.25, 0.75), axis=axis)
+    return np.asarray(0.7413 * (high - low))
+
+
+def swells(z: np.ndarray) -> float:
+    """Ratio of the deviations of the first and last quarter of points (n, m) that grow or shrink all along; else 1."""
+    deviations = np.stack([quarter.std(axis=0) for quarter in np.array_split(z, 4)])
+    steps = np.diff(deviations, axis=0)
+    trend = ((steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)) & (deviations > 0.0).all(axis=0)
+    ratio = np.where(trend, deviations[-1] / np.where(deviations[0] > 0.0, deviations[0], 1.0), 1.0)
+    return float(np.maximum(ratio, 1.0 / np.where(ratio > 0.0, ratio, 1.0)).max())
+
 
 # Meaning of the evidence of a verdict, by name.
 MEANING = {
@@ -73,7 +329,7 @@ MOST_SIGNALS = 8  # largest number of columns in the 0-1 test
 # With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular.
 PART = 4
 # Separation of neighbours D below which a motion is regular, above which it is chaotic; below which K is not asked.
-# Limits of the 0-1 test K: `series/zero_one.py`; of tests for cycles, approach and drift: `evidence.py`.
+# Limits of the 0-1 test K: `series/samples.py`; of tests for cycles, approach and drift: above.
 REGULAR, PARTED, TOGETHER = 0.2, 0.5, 0.05
 RELATIVE = 1e-4  # difference that counts as none, over the spread of the signal
 
@@ -208,7 +464,7 @@ def judge(
         return Verdict("inconclusive", f"A signal is above {LARGEST:g}: the motion grows without bound.", 0, evidence)
     if len(values) < LEAST:
         return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
-    columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
+    columns = columns_of(values, labels, checked, floor)
     evidence["signals"] = float(len(set(columns.names)))
     if not columns.names:
         text = f"Only driven signals ({', '.join(columns.left_out)}), without information. Give other signals."
@@ -218,7 +474,7 @@ def judge(
 
 def _about_signals(
     names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], sizes: Sequence[float] | None
-) -> tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]:
+) -> Known:
     """Units, driven names and sizes of signals, checked."""
     without_motion = checks.sequence("judge", "driven", driven, "names of signals")
     for name in without_motion:
@@ -252,20 +508,20 @@ def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     cycle = find_cycle(columns.values / _tolerances(columns, SEPARATE, noise))
     if cycle is None:
         return None
-    evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)
-    count = len(columns.values)
-    text = f"The points return after {cycle.k} step{'s' if cycle.k > 1 else ''}"
-    if cycle.since > SETTLED * count:
+    (k, since), count = cycle, len(columns.values)
+    evidence["k"], evidence["since"] = float(k), float(since)
+    text = f"The points return after {k} step{'s' if k > 1 else ''}"
+    if since > SETTLED * count:
         drifts = _drifts(columns, evidence)
         if drifts is not None:
             return drifts
-        text += f", but only from point {cycle.since} of {count} on: leave out at least {cycle.since} more."
-        return Verdict("transient", text, cycle.k, evidence)
+        text += f", but only from point {since} of {count} on: leave out at least {since} more."
+        return Verdict("transient", text, k, evidence)
     if _sign(evidence) > 0:
         text += f"; yet the exponent is {_band(evidence)}, above zero. The cycle is unstable, or the exponent wrong."
-        return Verdict("inconclusive", text, cycle.k, evidence)
-    text += f" from point {cycle.since} on." if cycle.since else "."
-    return Verdict("periodic", text, cycle.k, evidence)
+        return Verdict("inconclusive", text, k, evidence)
+    text += f" from point {since} on." if since else "."
+    return Verdict("periodic", text, k, evidence)
 
 
 def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
@@ -274,17 +530,18 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     spread = float(np.ptp(scaled, axis=0).max())
     approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
     if approach is not None:
-        evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
-        text = f"The points still approach a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
-        more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
+        k, rate, left = approach
+        evidence["k"], evidence["shrink"] = float(k), rate
+        text = f"The points still approach a {k}-cycle: steps shrink by {rate:.4g} a point"
+        more = np.log(max(left, 1.0)) / -np.log(rate) if 0.0 < rate < 1.0 else np.inf
         advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
-        return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
+        return Verdict("transient", f"{text}; leave out these and {advice}.", k, evidence)
     drifts = _drifts(columns, evidence)
     if drifts is not None:
         return drifts
     growth = find_approach(scaled[::-1], spread, longest=1)  # backwards growth is an approach
-    if growth is not None and growth.rate > 0.0:
-        evidence["growth"] = 1.0 / growth.rate
+    if growth is not None and growth[1] > 0.0:
+        evidence["growth"] = 1.0 / growth[1]
         text = f"The motion grows: steps from point to point become larger by {evidence['growth']:.4g} each"
         advice = "Neighbours part as in any unstable motion, which is no chaos: give it what bounds it"
         return Verdict("transient", f"{text}. {advice}, or take more points.", 0, evidence)
@@ -303,14 +560,15 @@ def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     drift = find_drift(columns.values, _tolerances(columns))
     if drift is None:
         return None
-    evidence["drift"], evidence["k"] = drift.step, float(drift.k)
-    whole = drift.step * (len(columns.values) - 1)
-    text = f"{columns.names[drift.column]} moves on by {drift.step:.3g} a point, {whole:.3g} over the record"
-    if drift.k > 1:
-        text += f", with a {drift.k}-cycle on top"
+    column, step, k = drift
+    evidence["drift"], evidence["k"] = step, float(k)
+    whole = step * (len(columns.values) - 1)
+    text = f"{columns.names[column]} moves on by {step:.3g} a point, {whole:.3g} over the record"
+    if k > 1:
+        text += f", with a {k}-cycle on top"
     advice = "Leave out more points if the drift ends; if it goes on for ever, examine the rate of the signal instead"
     advice += "; give an angle the unit rad and enough points to come round"
-    return Verdict("transient", f"{text}. {advice}.", drift.k, evidence)
+    return Verdict("transient", f"{text}. {advice}.", k, evidence)
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:

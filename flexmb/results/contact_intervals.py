@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import KW_ONLY, dataclass, fields
+from dataclasses import KW_ONLY, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from flexmb import checks, display
 from flexmb.display import Shown, counted
 from flexmb.errors import InputError, UnknownNameError
-from flexmb.fields import field, record
+from flexmb.fields import field, record, record_with
 from flexmb.late import xr
 
 COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_events.py`)
@@ -84,25 +84,11 @@ class Episode(Shown):
         return self.separation_speed / self.approach_speed if self.approach_speed else float("nan")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@record_with(eq=False, repr=False)
 class Episodes:
     """Episodes of contact in the order of their starts; arrays by name, `[k]` one episode, `[mask]` some of them.
 
     An episode lasts from the instant where the gap falls through zero to that where it rises through zero.
-
-    Parameters
-    ----------
-    name : what was asked for: a joint, one of its contacts, or "" for all.
-    contact : (n,) names of the contacts.
-    mode : (n,) 1 for an impact: the bodies part after the first rebound; 2 for continuous contact: they are pressed
-        together again before they part.  The last value that the signal `mode` had in the episode.
-    start, end : (n,) instants [s], located inside their steps.  start is NaN where the bodies touched when the run
-        began, end where they touched when it ended.
-    approach_speed, separation_speed : (n,) speeds of the surfaces towards and from each other along the normal at these
-        instants [m/s], >= 0; NaN where the instant is.
-    impulse : (n,) integral of the normal force over time [N s].
-    peak_force, peak_penetration : (n,) largest values at accepted steps [N], [m].
-    dissipated_contact, dissipated_friction : (n,) energy lost along the normal and by friction [J].
 
     Raises
     ------
@@ -130,18 +116,21 @@ class Episodes:
     """
 
     _: KW_ONLY
-    name: str
-    contact: np.ndarray
-    mode: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    approach_speed: np.ndarray
-    separation_speed: np.ndarray
-    impulse: np.ndarray
-    peak_force: np.ndarray
-    peak_penetration: np.ndarray
-    dissipated_contact: np.ndarray
-    dissipated_friction: np.ndarray
+    name: str = field('what was asked for: a joint, one of its contacts, or "" for all')
+    contact: np.ndarray = field("(n,) names of the contacts")
+    mode: np.ndarray = field(
+        "(n,) 1 for an impact: the bodies part after the first rebound; 2 for continuous contact: they are pressed "
+        "together again before they part; the last value that the signal `mode` had in the episode"
+    )
+    start: np.ndarray = field("(n,) begins, located inside their steps; NaN: touched when the run began", "s")
+    end: np.ndarray = field("(n,) ends, located inside their steps; NaN: touched when the run ended", "s")
+    approach_speed: np.ndarray = field("(n,) speeds at the begins along the normal, >= 0; NaN as `start`", "m/s")
+    separation_speed: np.ndarray = field("(n,) speeds at the ends along the normal, >= 0; NaN as `end`", "m/s")
+    impulse: np.ndarray = field("(n,) integral of the normal force over time", "N s")
+    peak_force: np.ndarray = field("(n,) largest values at accepted steps", "N")
+    peak_penetration: np.ndarray = field("(n,) largest values at accepted steps", "m")
+    dissipated_contact: np.ndarray = field("(n,) energy lost along the normal", "J")
+    dissipated_friction: np.ndarray = field("(n,) energy lost by friction", "J")
 
     def __post_init__(self) -> None:
         for key in ARRAYS:

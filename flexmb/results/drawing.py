@@ -29,15 +29,14 @@ from flexmb.model.shape import (
 from flexmb.results.solution import Solution
 
 if TYPE_CHECKING:
-    from flexmb.elastic.beams import shapes as hermite
+    from flexmb.elastic.beams import fem as hermite
     from flexmb.elastic.planes import stress as plane
     from flexmb.elastic.reduced import accuracy as reduced
 else:  # scikit-fem takes long to import, and drawings of elastic bodies alone need it
-    hermite = Late("flexmb.elastic.beams.shapes")
+    hermite = Late("flexmb.elastic.beams.fem")
     plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 
-# Points in moved frames, and turns between them
 def carried(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points (..., 2) in moved frames, carried along by their poses x, y, theta (..., 3); shapes are broadcast."""
     x, y, angle = np.moveaxis(poses, -1, 0)

@@ -23,18 +23,10 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.results import drawing
 from flexmb.results.solution import SAVED_KEY, Peaks, Solution
-from flexmb.results.stress import Places, Wanted, at_places, chosen_places, moved_mechanism
+from flexmb.results.stress import Places, Times, Wanted, at_places, chosen_places, moved_mechanism
 
 
-# Positions of points of flexible bodies at the saved instants: nodes of beams and of meshes, reduced ones too
-def positions(
-    sol: Solution,
-    body: str,
-    points: Wanted | None = None,
-    *,
-    times: Sequence[float] | None = None,
-    mechanism: Mechanism | None = None,
-) -> xr.Dataset:
+def positions(sol: Solution, body: str, points: Wanted | None, times: Times, mechanism: Mechanism | None) -> xr.Dataset:
     """Positions of points of a flexible body over time; see `Solution.positions`."""
     part = moved_mechanism(sol, body, mechanism).find(body)
     if not isinstance(part, ElasticBody):

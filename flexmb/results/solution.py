@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -13,6 +13,7 @@ import numpy as np
 from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
+from flexmb.fields import field, record_with
 from flexmb.findings.finding import Finding, sentences
 from flexmb.late import xr
 from flexmb.model.shape import LateShapes, Shapes
@@ -209,7 +210,7 @@ class UnknownSignalError(InputError, UnknownNameError):
     """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@record_with(eq=False, repr=False)
 class Solution:
     """Result of a run; immutable.
 
@@ -217,51 +218,45 @@ class Solution:
     of several signals; nodes of flexible parts go by their number or by another name: "rod.node8.x" and "rod.end.x" are
     the same signal.
 
-    Parameters
-    ----------
-    time : (n,) saved instants [s], increasing.
-    values : (n, n_s) the signals at these instants, each in its unit.
-    signals : (n_s,) names and units.
-    peaks : largest absolute values over all accepted steps, and their times.
-    status : how the run ended, a sentence.
-    ok : whether it reached the end that was asked for.
-    stats : what it cost.
-    contacts : names of the contacts and their episodes; see `episodes`.
-    aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
-    shapes : how the parts are drawn.
-    restart : the final state, by name; what the time loop needs to go on bit for bit.
-    notes : remarks on the run, e.g. of contact laws that left their validity, in sentences; left out: those of the
-        findings that are no errors.
-    model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
-    mechanism : the mechanism that moved; None in a solution that was read from a file or came from another process.
-    description : parts of the mechanism in plain values (`flexmb.model.mechanism`), where `mechanism` is None.
-    findings : findings on the run, each with code, parts, text, remedy, severity and numbers, as those of `check`.
-    late : function that looks for more of them, none of which is an error; called when `findings` or `notes` are first
-        asked for, printed or saved.  None: there are no more.
-
     Raises
     ------
     InputError : arrays whose lengths do not fit together, two signals of one name.
     """
 
     _: KW_ONLY
-    time: np.ndarray
-    values: np.ndarray
-    signals: Signals
-    peaks: Peaks
-    status: str
-    ok: bool
-    stats: Stats
-    contacts: ContactLog = field(default_factory=ContactLog)
-    aliases: Mapping[str, str] = field(default_factory=dict)
-    shapes: Shapes = ()
-    restart: Mapping[str, np.ndarray] = field(default_factory=dict)
-    notes: tuple[str, ...] = field(default_factory=tuple)
-    model: Mapping[str, Any] = field(default_factory=dict)
-    mechanism: Mechanism | None = None
-    description: Mapping[str, Any] = field(default_factory=dict)
-    findings: tuple[Finding, ...] = field(default_factory=tuple)
-    late: LateFindings | None = None
+    time: np.ndarray = field("(n,) saved instants, increasing", "s")
+    values: np.ndarray = field("(n, n_s) the signals at these instants, each in its unit")
+    signals: Signals = field("(n_s,) names and units")
+    peaks: Peaks = field("largest absolute values over all accepted steps, and their times")
+    status: str = field("how the run ended, a sentence")
+    ok: bool = field("whether it reached the end that was asked for")
+    stats: Stats = field("what it cost")
+    contacts: ContactLog = field("names of the contacts and their episodes, see `episodes`", default_factory=ContactLog)
+    aliases: Mapping[str, str] = field('other names of nodes, e.g. {"rod.end": "rod.node8"}', default_factory=dict)
+    shapes: Shapes = field("how the parts are drawn", default=())
+    restart: Mapping[str, np.ndarray] = field(
+        "the final state, by name: what the time loop needs to go on bit for bit", default_factory=dict
+    )
+    notes: tuple[str, ...] = field(
+        "remarks on the run, e.g. of contact laws that left their validity, in sentences; left out: those of the "
+        "findings that are no errors", default_factory=tuple
+    )  # fmt: skip
+    model: Mapping[str, Any] = field(
+        "name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON",
+        default_factory=dict,
+    )
+    mechanism: Mechanism | None = field("the mechanism that moved; None: read from a file, or sent", default=None)
+    description: Mapping[str, Any] = field(
+        "parts of the mechanism in plain values, where `mechanism` is None", default_factory=dict
+    )
+    findings: tuple[Finding, ...] = field(
+        "findings on the run, each with code, parts, text, remedy, severity and numbers, as those of `check`",
+        default_factory=tuple,
+    )
+    late: LateFindings | None = field(
+        "function that looks for more of them, none of which is an error; called when `findings` or `notes` are first "
+        "asked for, printed or saved", default=None
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
@@ -278,7 +273,7 @@ class Solution:
         self._set("aliases", dict(self.aliases))
         self._set("findings", tuple(self.findings))
         self._set("notes", tuple(self.notes) or sentences(self.findings))
-        if self.late is not None:  # `__getattr__` finds both
+        if self.late is not None:  # `__getattr__` finds both: neither has a default in the class
             self._set("_prompt", self.__dict__.pop("findings"))
             del self.__dict__["notes"]
         self._set("model", dict(self.model))
@@ -401,7 +396,7 @@ class Solution:
         """
         from flexmb.results.stress import stress
 
-        return stress(self, body, points, times=times, mechanism=mechanism)
+        return stress(self, body, points, times, mechanism)
 
     def positions(
         self,
@@ -429,7 +424,7 @@ class Solution:
         """
         from flexmb.results.positions import positions
 
-        return positions(self, body, points, times=times, mechanism=mechanism)
+        return positions(self, body, points, times, mechanism)
 
     def fatigue(
         self,
@@ -455,7 +450,7 @@ class Solution:
         """
         from flexmb.results.stress import fatigue
 
-        return fatigue(self, body, woehler, point=point, mechanism=mechanism)
+        return fatigue(self, body, woehler, point, mechanism)
 
     def require(self) -> Solution:
         """The solution itself, or the error of a run that did not reach its end.

@@ -21,12 +21,12 @@ from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
-    from flexmb.elastic.beams import shapes as hermite
+    from flexmb.elastic.beams import fem as hermite
     from flexmb.elastic.planes import stress as plane
     from flexmb.elastic.reduced import accuracy as reduced
     from flexmb.results.solution import Solution
 else:  # as in drawings
-    hermite = Late("flexmb.elastic.beams.shapes")
+    hermite = Late("flexmb.elastic.beams.fem")
     plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 
@@ -40,9 +40,8 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
     return next((shape.points[node] for shape in meshes), None)
 
 
-# Stresses of flexible bodies at the saved instants: at the ends of beam elements, at the nodes of meshes
-
 Wanted = Sequence[tuple[float, float] | int | str]
+Times = Sequence[float] | None
 ENDS = np.array([0.0, 1.0])  # both ends of an element
 
 MEANINGS = {  # names and meanings of the stresses
@@ -67,14 +66,7 @@ class Places(NamedTuple):
     more: Mapping[str, tuple[np.ndarray, str]]  # further coordinates (m,), with their units
 
 
-def stress(
-    sol: Solution,
-    body: str,
-    points: Wanted | None = None,
-    *,
-    times: Sequence[float] | None = None,
-    mechanism: Mechanism | None = None,
-) -> xr.Dataset:
+def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechanism: Mechanism | None) -> xr.Dataset:
     """Stresses of a flexible body over time; see `Solution.stress`."""
     part = _body(sol, body, mechanism)
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
@@ -287,14 +279,7 @@ def cycles_of(series: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return ranges, means, counts
 
 
-def fatigue(
-    sol: Solution,
-    body: str,
-    woehler: WoehlerLine | None = None,
-    *,
-    point: tuple[float, float] | int | str | None = None,
-    mechanism: Mechanism | None = None,
-) -> Fatigue:
+def fatigue(sol: Solution, body: str, woehler: Any, point: Any, mechanism: Mechanism | None) -> Fatigue:
     """Cycles and damage at a point of a body; see `Solution.fatigue`."""
     if woehler is not None and not isinstance(woehler, WoehlerLine):
         raise InputError(f"fatigue: woehler is {woehler!r}; it must be a WoehlerLine(amplitude=..., slope=...).")
@@ -305,7 +290,7 @@ def fatigue(
             raise InputError(f"{text}. Give point=..., or stress=True to the body.")
         peak = sol.peak(f"{body}.von_mises")
         wanted = peak.node
-    own = stress(sol, body, [] if wanted is None else [wanted], mechanism=mechanism)
+    own = stress(sol, body, [] if wanted is None else [wanted], None, mechanism)
     histories = own["signed"].values
     if "bending" in own:
         histories = np.hstack([own["axial"].values + sign * own["bending"].values for sign in (1.0, -1.0)])

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Mapping
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -17,9 +17,9 @@ from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import unwritable
 from flexmb.errors import InputError
 from flexmb.late import meshio
-
-if TYPE_CHECKING:
-    from flexmb.results.solution import Solution
+from flexmb.results import drawing
+from flexmb.results.positions import magnified, with_values
+from flexmb.results.solution import Solution, require_rows
 
 MOST_FRAMES = 200
 FIELDS = ("axial_force", "bending_moment", "shear_force", "curvature", "bending_stiffness")
@@ -48,13 +48,13 @@ class Piece(NamedTuple):
 
 @arguments.checked
 def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
-    """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
+    """Write the motion as a ParaView collection: `path` (.pvd), which is returned, and a folder with one .vtu a frame.
 
     Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces
     are lines as in pictures; joints are vertices; plane bodies are their deformed meshes.  Point data: displacement
     (since the first frame, with the rigid motion), deformation (against the unstressed body laid through its joints, as
     `magnify` has it in pictures: a mechanism warped by it stays together), axial_force, bending_moment, shear_force,
-    curvature and bending_stiffness of beams (signs as in `elastic.beams.shapes`), normal_force of contacts,
+    curvature and bending_stiffness of beams (signs as in `elastic.beams.fem`), normal_force of contacts,
     and stress_x, stress_y, stress_xy in world axes and von_mises of plane bodies; 0 where it does not apply.  Cell
     data: part and kind, numbers whose names stand in names.json in the folder of the frames.  Paths of markers with
     `trace` are part 1 of each frame, in one file with the time as point data.  Older frames of the name are
@@ -67,10 +67,6 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     frames : number of frames, >= 2, evenly over the time; the nearest saved instants are taken, each once, the first
         and the last always.  None: all saved instants, at most 200.
     points_per_element : points along each beam element, its two nodes included, >= 2.
-
-    Returns
-    -------
-    Path : the .pvd file.
 
     Raises
     ------
@@ -91,21 +87,15 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
 
 def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
     """Numbers of the saved instants that become frames."""
-    from flexmb.results.drawing import nearest_instants, spread_instants
-    from flexmb.results.solution import require_rows
-
     require_rows("write_vtk", sol)
     if frames is None:
-        return spread_instants(sol, MOST_FRAMES)
+        return drawing.spread_instants(sol, MOST_FRAMES)
     n = checks.count("write_vtk", "frames", frames, 2)
-    return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
+    return drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
 
 
 def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tuple[tuple[str, ...], list[meshio.Mesh]]:
     """Names of the kinds by their numbers, and the meshes of all frames."""
-    from flexmb.results import drawing
-    from flexmb.results.positions import magnified, with_values
-
     shown = with_values(sol, sol.time[instants], sol.values[instants])
     pieces = _pieces(shown, points_per_element)
     kinds = tuple(dict.fromkeys([*KINDS, *(piece.kind for piece in pieces)]))
@@ -134,8 +124,6 @@ def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tup
 
 def _pieces(sol: Solution, points_per_element: int) -> list[Piece]:
     """Lines of bodies, symbols, joints and meshes at all saved instants."""
-    from flexmb.results import drawing
-
     instants = np.arange(len(sol.time))
     bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
     places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
@@ -163,8 +151,6 @@ def _places(pieces: list[Piece]) -> np.ndarray:
 
 def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], times: np.ndarray, target: Path) -> Path:
     """Write all files into a folder of their own first, so that a full disk leaves the old frames whole."""
-    from flexmb.results.drawing import parts
-
     folder = target.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
     digits = max(4, len(str(len(times) - 1)))
@@ -172,7 +158,7 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as scratch:
         for name, mesh in zip(names, meshes, strict=True):
             meshio.write(Path(scratch) / name, mesh)
-        words = ("parts", parts(sol)), ("kinds", kinds)
+        words = ("parts", drawing.parts(sol)), ("kinds", kinds)
         numbered = {word: {str(k): one for k, one in enumerate(own)} for word, own in words}
         legend = {**numbered, "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
@@ -193,9 +179,7 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
 
 def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
     """Paths of all markers with a trace over the saved instants; None without such markers."""
-    from flexmb.results.drawing import traces
-
-    paths = list(traces(sol).values())
+    paths = list(drawing.traces(sol).values())
     if not paths:
         return None
     n = len(sol.time)

@@ -8,7 +8,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.bodies import smooth_turns
-from flexmb.elastic.beams import shapes as hermite
+from flexmb.elastic.beams import fem as hermite
 from flexmb.errors import InputError
 from flexmb.model.shape import from_json, to_json
 from flexmb.results.positions import unstressed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skfem import CellBasis, ElementLineHermite, MeshLine
 
-from flexmb.elastic.beams import shapes as hermite
+from flexmb.elastic.beams import fem as hermite
 from flexmb.elastic.beams.corotational import (
     AXIAL,
     B11,

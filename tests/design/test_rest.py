@@ -5,7 +5,7 @@ import pytest
 from designs import CENTRAL
 
 import flexmb as fm
-from flexmb.design.rest import static_sensitivity
+from flexmb.design.orbits import static_sensitivity
 from flexmb.errors import InputError, SolveError
 from flexmb.parts.joints.stop import Stop
 

@@ -8,7 +8,7 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.dynamics.exponents.renormalisation import Schedule, TangentVectors, growth_to_next_point
+from flexmb.dynamics.lyapunov import Schedule, TangentVectors, growth_to_next_point
 from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.errors import InputError
 

@@ -331,7 +331,7 @@ def test_the_verdict_is_made_of_the_section(monkeypatch):
         asked.append((points.shape, list(names), exponent, error, list(units)))
         return fm.chaos.Verdict("transient", "Asked.")
 
-    monkeypatch.setattr("flexmb.dynamics.sections.points.judge", judge)
+    monkeypatch.setattr("flexmb.dynamics.sections.judge", judge)
     for confirm in (False, True):
         found = fm.lyapunov(systems.henon(), skip=10, periods=60, confirm=confirm)
         assert asked.pop() == ((60, 2), ["x0", "x1"], found.value, found.statistical[0], ["", ""])

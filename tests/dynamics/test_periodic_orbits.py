@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.sections.maps import SectionMap
+from flexmb.dynamics.sections import SectionMap
 from flexmb.dynamics.systems.given import ODE, Map
 from flexmb.errors import InputError
 

@@ -10,8 +10,8 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.dynamics.exponents import lyapunov as second_run
-from flexmb.dynamics.exponents.exponents import error_of
+from flexmb.dynamics import lyapunov as second_run
+from flexmb.dynamics.exponents import error_of
 
 N = 400
 

@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 from flexmb.dynamics.basins import basin
-from flexmb.dynamics.exponents.exponents import Exponents
+from flexmb.dynamics.exponents import Exponents
 from flexmb.dynamics.orbits.continuation import follow
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.sections.points import SectionSignals
+from flexmb.dynamics.sections import SectionSignals
 from flexmb.dynamics.systems.given import Map
 from flexmb.errors import InputError
 from flexmb.show.pictures.diagrams import (

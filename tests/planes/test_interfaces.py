@@ -111,8 +111,3 @@ def test_pins_without_stiffness_are_refused(nodes, point, words):
     pins = [Interface(f"p{i}", np.array(n), p) for i, (n, p) in enumerate(zip(nodes, point, strict=True))]
     with pytest.raises(InputError, match=words):
         tie(pins, mesh)
-
-
-def test_an_unknown_kind_is_refused():
-    with pytest.raises(InputError, match="kind is 'soft'"):
-        Interface("p", np.array([0, 1]), (0.0, 0.0), "soft")

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from flexmb.elastic.meshes.cell_kinds import jacobians
-from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh, jacobians
 from flexmb.elastic.meshes.outlines import crank_web, link_with_eyes, plate_with_holes, rectangle, ring
 from flexmb.errors import InputError
 

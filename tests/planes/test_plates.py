@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from flexmb.elastic.meshes.cell_kinds import jacobians
-from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh, jacobians
 from flexmb.elastic.meshes.outlines import plate_with_holes
 from flexmb.elastic.planes.forms import matrices
 from flexmb.elastic.planes.loads import edge_load

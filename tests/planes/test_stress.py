@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from mesh_pressures import edge_pressure
 from scipy.sparse.linalg import spsolve
 
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.elastic.meshes.outlines import rectangle, ring
 from flexmb.elastic.planes.forms import matrices
-from flexmb.elastic.planes.loads import body_force, edge_pressure
+from flexmb.elastic.planes.loads import body_force
 from flexmb.elastic.planes.stress import cell_materials, nodal_stresses, principal, stress_operator, von_mises
 from flexmb.model.law import Material
 

@@ -9,10 +9,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from element_matrices import beam_matrices
 
 import flexmb as fm
 from flexmb.elastic.beams import fem
-from flexmb.elastic.beams.fem import BeamData, assembled, beam_matrices
+from flexmb.elastic.beams.fem import BeamData, assembled
 from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.system import state_evaluation
 from flexmb.errors import AssemblyError

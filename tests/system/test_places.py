@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from element_matrices import beam_matrices
 
 import flexmb as fm
 from flexmb import places
 from flexmb.elastic.beams import corotational as chord
 from flexmb.elastic.beams import mass_damping
-from flexmb.elastic.beams.fem import beam_matrices
 from flexmb.elastic.beams.mass_damping import mass_damping_kernel
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.engine.state import flow

@@ -10,7 +10,7 @@ import numpy as np
 from nine_bar_study.claims.evidence import Evidence, Key
 from nine_bar_study.claims.finding import UNDECIDED, Part, by_rule
 
-from flexmb.dynamics.series.zero_one import zero_one_test
+from flexmb.dynamics.series.samples import zero_one_test
 
 if TYPE_CHECKING:
     import xarray as xr

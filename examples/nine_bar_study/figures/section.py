@@ -14,7 +14,7 @@ from nine_bar_study.drawing import Observable, Shown, length_text, noted
 from nine_bar_study.figures.contrast import COLOUR, observed
 from nine_bar_study.run import StudyRun
 
-from flexmb.dynamics.evidence import SEPARATE
+from flexmb.dynamics.verdict import SEPARATE
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,8 +16,6 @@ from typing import Any, NamedTuple, Self
 from flexmb import checks
 from flexmb.errors import InputError, WorkerError
 
-# Calls that may fail: results or error of a point, in a form that can be sent and stored
-
 # Pattern of an address in memory, which differs from run to run and must not enter a store.
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 DONE = "done"  # status of a point that succeeded
@@ -91,9 +89,6 @@ def failure(error: BaseException | None) -> Outcome:
     """Outcome of a point whose function raised `error`: class and message."""
     text = ADDRESS.sub("", " ".join(str(error).split()))
     return Outcome({}, f"{type(error).__name__}: {text}" if text else type(error).__name__, ok=False)
-
-
-# Threads of this process
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY
 from typing import Any
 
@@ -88,7 +89,10 @@ class Branch(arguments.Checked):
         on the plane
         across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is found.
         """
-        event, step = self._event(event), checks.positive("switch", "step", step)
+        if event is None:
+            event = next((e for kind in (FLIP, BRANCH) for e in self.events if e.kind == kind), None)
+        event = self.event_of("switch", event, (FLIP, BRANCH), "a flip or a branch point of this branch")
+        step = checks.positive("switch", "step", step)
         factor, run = 2 if event.kind == FLIP else 1, event.shooting_run
         shooting = self.shooting.copy(self.shooting.times * factor, self.shooting.segments * factor)
         values, vectors = np.linalg.eig(run.monodromy)
@@ -189,18 +193,15 @@ class Branch(arguments.Checked):
             raise InputError(f"Branch of {self.name!r}: point is {point}; there are {len(self.points)}.")
         return self.points[point]
 
-    def _event(self, event: int | BranchPoint | None) -> BranchPoint:
-        if event is None:
-            for kind in (FLIP, BRANCH):
-                for candidate in self.events:
-                    if candidate.kind == kind:
-                        return candidate
-        listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(self.events)) or "none"
-        if isinstance(event, int) and -len(self.events) <= event < len(self.events):
+    def event_of(self, label: str, event: Any, kinds: Sequence[str], wanted: str) -> BranchPoint:
+        """The `event` of one of some `kinds`, an element of `events` or its number; `label`, `wanted`: for messages."""
+        number = isinstance(event, (int, np.integer)) and not isinstance(event, bool)
+        if number and -len(self.events) <= event < len(self.events):
             event = self.events[event]
-        if not isinstance(event, BranchPoint) or event.kind not in (FLIP, BRANCH):
-            text = f"switch: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
-            raise InputError(f"{text}; it must be a flip or a branch point of this branch. Events: {listed}.")
+        if not isinstance(event, BranchPoint) or event.kind not in kinds:
+            listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(self.events)) or "none"
+            text = f"{label}: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
+            raise InputError(f"{text}; it must be {wanted}. Events: {listed}.")
         return event
 
     def __repr__(self) -> str:

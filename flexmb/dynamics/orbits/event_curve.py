@@ -27,6 +27,9 @@ SHARPEST = 0.9  # smallest cosine of the angle by which the curve may turn in a 
 PRECISE = 1e-9  # correction, over the ranges, with which a point is found
 
 
+CurvePoint = tuple[np.ndarray, ShootingRun]  # place (2,) in units of the ranges, and the orbit there
+
+
 @dataclass
 class Plane:
     """Orbits over the plane of two parameters, with the test function that vanishes on the curve."""
@@ -37,6 +40,8 @@ class Plane:
     tolerance: float
     test: Callable[[ShootingRun, ShootingRun], float]  # of an orbit and its guess
     prepare: Callable[[ShootingRun], None] = lambda guess: None
+    low: float = -np.inf  # range of the second parameter, in which the curve is followed
+    high: float = np.inf
 
     def at(self, place: np.ndarray, guess: ShootingRun) -> tuple[ShootingRun, float] | None:
         """Orbit near a guess and test function at a place (2,), in units of the ranges; None: no orbit."""
@@ -87,17 +92,9 @@ class Plane:
             place = place + step
         return None
 
-    def walk(
-        self,
-        place: np.ndarray,
-        run: ShootingRun,
-        size: float,
-        inside: Callable[[np.ndarray], bool],
-        most: int,
-        sign: float,
-    ) -> tuple[list[tuple[np.ndarray, ShootingRun]], str]:
+    def walk(self, begin: CurvePoint, size: float, most: int, sign: float) -> tuple[list[CurvePoint], str]:
         """Points of the curve, at first towards the `sign` of the second parameter, and the reason of the end."""
-        found: list[tuple[np.ndarray, ShootingRun]] = []
+        (place, run), found = begin, list[CurvePoint]()
         ahead, step, slope = np.array([0.0, sign]), size, self.gradient(place, run)
         while len(found) < most:
             if slope is None or not np.any(slope):
@@ -113,7 +110,7 @@ class Plane:
                 continue
             (place, slope, run, count), ahead = following, along
             found.append((place, run))
-            if not inside(place):
+            if not self.low <= place[1] * self.units[1] <= self.high:
                 return found, ""
             step = min(1.5 * step, 10.0 * size) if count <= FEW else step
         return found, f"{most} points, as asked for"
@@ -124,13 +121,7 @@ def curve(
 ) -> xr.Dataset:
     """Points of the curve; see `Branch.curve`."""
     label = "Branch.curve"
-    listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(branch.events)) or "none"
-    places = range(-len(branch.events), len(branch.events))
-    if isinstance(event, (int, np.integer)) and not isinstance(event, bool) and event in places:
-        event = branch.events[event]
-    if not isinstance(event, BranchPoint) or event.kind not in KINDS:
-        text = f"{label}: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
-        raise InputError(f"{text}; it must be grazing, a flip or a Neimark-Sacker point. Events: {listed}.")
+    event = branch.event_of(label, event, KINDS, "grazing, a flip or a Neimark-Sacker point")
     shooting = branch.shooting.copy(branch.shooting.times, branch.shooting.segments)
     checks.one_of(label, "parameter", parameter, shooting.system.parameters)
     if parameter == branch.parameter:
@@ -145,12 +136,9 @@ def curve(
     place = np.array([event.value, begin]) / plane.units
     size, most = checks.between(label, "step", step, 1e-6, 1.0), checks.count(label, "points", points, 1)
 
-    def inside(at: np.ndarray) -> bool:
-        return bool(low <= at[1] * plane.units[1] <= high)
-
-    down, lower_end = plane.walk(place, run, size, inside, most, -1.0)
-    up, upper_end = plane.walk(place, run, size, inside, most, 1.0)
-    whole = [*down[::-1], (place, run), *up]
+    plane.low, plane.high, middle = low, high, (place, run)
+    (down, lower_end), (up, upper_end) = (plane.walk(middle, size, most, sign) for sign in (-1.0, 1.0))
+    whole = [*down[::-1], middle, *up]
     ends = [f"{side} end: {end}" for side, end in (("lower", lower_end), ("upper", upper_end)) if end]
     return _dataset(branch, event.kind, parameter, plane.units, whole, "; ".join(ends))
 
@@ -181,7 +169,7 @@ def _plane(
 
 
 def _dataset(
-    branch: Branch, kind: str, parameter: str, units: np.ndarray, whole: list[tuple[np.ndarray, ShootingRun]], ends: str
+    branch: Branch, kind: str, parameter: str, units: np.ndarray, whole: list[CurvePoint], ends: str
 ) -> xr.Dataset:
     """Table of the points: both parameters and the period."""
     places = np.array([place for place, _ in whole]) * units

@@ -52,13 +52,9 @@ class StateSpace:
     def basis(self, system: Dynamics) -> np.ndarray:
         """Basis (size, d) of the differences that the present state of a `system` allows, orthonormal."""
         d = system.dimension
-        if d == 0:
-            W = np.zeros((system.size, 0))
-        elif d == system.size:
-            W = system.on_manifold(np.eye(d))
-            orthonormalise(W, self.weights)
-        else:
-            W = system.on_section(system.tangent_basis(d))
+        W = np.zeros((system.size, 0))
+        if d:
+            W = system.on_manifold(np.eye(d)) if d == system.size else system.on_section(system.tangent_basis(d))
             orthonormalise(W, self.weights)
         if len(self.history_rows) == 0:
             return W
@@ -187,7 +183,7 @@ class Shooting:
         """Starts (segments, size) of all segments, on the motion from one state (size,); None: it ends early."""
         starts = [state]
         for j in range(self.segments - 1):
-            reached = self._go(starts[-1], j, period, None)
+            reached = self._go(starts[-1], j, period)
             if reached is None:
                 return None
             starts.append(reached)
@@ -236,7 +232,7 @@ class Shooting:
             segment_ends: list[tuple[Any, Any]] = [(None, None)] * M
             for j in range(M) if self.set_value(value) else ():
                 duration = period if self.autonomous else self.period
-                end = self._go(run.starts[j], j, duration, None)
+                end = self._go(run.starts[j], j, duration)
                 segment_ends[j] = (self.began, end)
             shifted_ends.append(segment_ends)
         self.set_value(run.value)
@@ -264,7 +260,7 @@ class Shooting:
         start = self.system.state()
         if self.tangent == "differences":
             W, carried = self._by_differences(start, j, period)
-            end = self._go(start, j, period, None)
+            end = self._go(start, j, period)
         else:
             W = self.space.basis(self.system)
             carried = W.copy()
@@ -308,7 +304,7 @@ class Shooting:
                     return None, None
                 pair.append(self.system.state())
                 if ends:
-                    end = self._advance(period / self.segments, None)
+                    end = self._advance(period / self.segments)
                     if end is None:
                         return None, None
                     pair.append(end)
@@ -316,12 +312,12 @@ class Shooting:
             after.append(self.space.difference(pair[1], pair[3]) if ends else starts[-1])
         return np.array(starts).T / (2.0 * size), np.array(after).T / (2.0 * size)
 
-    def _go(self, start: np.ndarray, j: int, period: float, tangents: np.ndarray | None) -> np.ndarray | None:
+    def _go(self, start: np.ndarray, j: int, period: float) -> np.ndarray | None:
         """End of segment j from a start; `began` is the projected start."""
         if not self._place(start, j, period):
             return None
         self.began = self.system.state()
-        return self._advance(period / self.segments, tangents)
+        return self._advance(period / self.segments)
 
     def _place(self, state: np.ndarray, j: int, period: float) -> bool:
         """Set the system to a state at the beginning of segment j; returns whether that succeeded."""
@@ -335,12 +331,11 @@ class Shooting:
             return False
         return True
 
-    def _advance(self, duration: float, tangents: np.ndarray | None) -> np.ndarray | None:
-        ok = self.system.advance(duration if self.is_flow else round(duration), tangents)
-        if not ok:
-            self.status = self.system.status
-            return None
-        return self.system.state()
+    def _advance(self, duration: float, tangents: np.ndarray | None = None) -> np.ndarray | None:
+        if self.system.advance(duration if self.is_flow else round(duration), tangents):
+            return self.system.state()
+        self.status = self.system.status
+        return None
 
 
 SAMPLES = 200  # default number of samples in a period

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,8 +22,6 @@ from flexmb.dynamics.series.embedding import (
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
 from flexmb.fields import field, record, record_with
 from flexmb.late import scipy
-
-# The largest exponent from one signal: record, and fit of the straight part of a divergence curve
 
 LEAST = 500  # smallest number of samples for an exponent
 PERIODS = 20  # smallest number of mean periods for an exponent
@@ -83,54 +81,40 @@ def estimate(
     """The exponent from the slopes in two embedding dimensions: the common part of all methods."""
     # `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
     # of `spacing`, `options` are delay, dimension, theiler of the methods.
-    x = samples(method, signal, LEAST)
+    x, embedded, w = samples(method, signal, LEAST), None, 0
     step, unit = spacing(method, interval, len(x))
-    found = _Found(method, unit, step)
+
+    def record_of(found: Slope, status: str, value: float = np.nan, error: float = np.nan) -> SeriesExponent:
+        """The record, without a value for the reason `status`; for "wolf" the curve is the running estimate [unit]."""
+        begin, end = found.region
+        known, curve = bool(np.isfinite(value)), found.curve / step if method == "wolf" else found.curve
+        region = (begin * step, end * step) if known else (np.nan, np.nan)
+        about = method, embedded, w, region
+        return SeriesExponent(value, error, unit, known, status, *about, found.steps * step, curve)
+
+    nothing = Slope(np.nan, np.nan, "")
     if is_constant(x):
-        return found.none("The signal is constant: no neighbours part.")
+        return record_of(nothing, "The signal is constant: no neighbours part.")
     periods = len(x) / mean_period(x)
     if periods < PERIODS:
-        return found.none(f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
+        return record_of(nothing, f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
     delay, dimension, theiler = options
     embedded = embedding(x, delay=delay, dimension=dimension)
     w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
-    x, slopes, found = standardised(x), [], replace(found, embedded=embedded, theiler=w)
+    x, slopes = standardised(x), []
     for m in (embedded.dimension, embedded.dimension + 1):
         slopes.append(slope(embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
         if slopes[-1].why_not:
-            return found.none(slopes[-1].why_not, slopes[-1])
+            return record_of(slopes[-1], slopes[-1].why_not)
     a, b = slopes
     contributions = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
     value, error = a.value / step, float(np.linalg.norm(contributions)) / step
     if value <= error:
-        return found.none(f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}.", a)
+        return record_of(a, f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}.")
     text = f"{value:.4g} +- {error:.2g} {unit}, seen in {embedded.dimension} and {embedded.dimension + 1} dimensions"
     text += "." if embedded.ok else f"; the embedding is doubtful: {embedded.status}"
-    return found.record(a, value, error, text, (a.region[0] * step, a.region[1] * step))
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Entries of a record besides the slope: method, unit, sampling interval, embedding, window."""
-
-    method: str
-    unit: str
-    step: float
-    embedded: Embedding | None = None
-    theiler: int = 0
-
-    def record(
-        self, slope: Slope, value: float, error: float, status: str, region: tuple[float, float]
-    ) -> SeriesExponent:
-        """The record; for "wolf" the curve is the running estimate in the unit of the exponent."""
-        curve, time = slope.curve / self.step if self.method == "wolf" else slope.curve, slope.steps * self.step
-        about = (self.method, self.embedded, self.theiler)
-        return SeriesExponent(value, error, self.unit, bool(np.isfinite(value)), status, *about, region, time, curve)
-
-    def none(self, why: str, slope: Slope | None = None) -> SeriesExponent:
-        """The record without a value, for a reason."""
-        return self.record(slope or Slope(np.nan, np.nan, why), np.nan, np.nan, why, (np.nan, np.nan))
+    return record_of(a, text, value, error)
 
 
 def block_means(logs: np.ndarray) -> np.ndarray:

@@ -12,11 +12,11 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.dynamics.exponents.exponents import FEWEST
-from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.exponents import FEWEST
 from flexmb.dynamics.jobs.executors import PENDING, Attempt, Chain, Job, Outcome, require_executor, stopped_runs
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sections.points import SectionSignals
+from flexmb.dynamics.lyapunov import lyapunov
+from flexmb.dynamics.sections import SectionSignals
 from flexmb.dynamics.sweeps.parameter_sweep import POINTS, STATE, Work, settings_of
 from flexmb.dynamics.sweeps.store import STATUS, Column, Record, label_of, shown_values
 from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, is_mechanism
@@ -54,25 +54,17 @@ class Family:
         """System for a `value` of the parameter, in its own start state."""
         parameters = {**self.fixed, self.parameter: value}
         if isinstance(self.make, Dynamics):
-            system = self.make.copy()
-            system.reset(parameters=parameters)
-            return self._as_it_is(system)
-        built = self.make(**parameters) if callable(self.make) else self.make.with_(parameters)
-        if isinstance(built, Dynamics):
-            return self._as_it_is(built)
-        if not is_mechanism(built):
+            built: Any = self.make.copy()
+            built.reset(parameters=parameters)
+        else:
+            built = self.make(**parameters) if callable(self.make) else self.make.with_(parameters)
+        if isinstance(built, Dynamics) and built.unit != "s" and self.period is not None:
+            text = f"{self.label}: period= has no influence on {built.name!r}, which counts {built.unit}"
+            raise InputError(f"{text}. Leave it out.")
+        if not isinstance(built, Dynamics) and not is_mechanism(built):
             text = f"{self.label}: the function returned {type(built).__name__}"
             raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
         return as_dynamics(self.label, built, step=self.step, method=self.method, period=self._declared(value))
-
-    def _as_it_is(self, system: Dynamics) -> Dynamics:
-        """A system, after refusal of arguments that would have no influence on it."""
-        idle = [name for name, value in (("step", self.step), ("method", self.method)) if value is not None]
-        idle += ["period"] if self.period is not None and system.unit != "s" else []
-        if idle:
-            text = f"{self.label}: {idle[0]}= has no influence on {system.name!r}, which counts {system.unit}"
-            raise InputError(f"{text} and has steps of its own. Leave it out, or give it where the system is built.")
-        return system
 
     def period_of(self, flow: Dynamics, value: float) -> float:
         """Time between two section points [unit of the system]; 1 for maps."""
@@ -236,12 +228,7 @@ def bifurcation(
         periods that end with the points, at half the cost and with skip >= 1.  The error of the exponent is the error
         of one run, without a second run with finer steps as in `lyapunov`.  A diagram with another `step` shows the
         influence of the steps.
-    executor : a number of threads of this process, or any executor of concurrent.futures: processes, a Dask client
-        (client.get_executor()), MPI; None: one point after the other.
-    pending : largest number of points in the executor at a time.
-    store : folder that keeps every finished point (zarr); None: no store.
-    resume : whether an existing store is continued; otherwise it is refused.
-    progress : whether a progress bar with the remaining time is shown.
+    executor, pending, store, resume, progress : as in `sweep`.
 
     Returns
     -------

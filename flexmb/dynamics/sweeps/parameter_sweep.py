@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -41,8 +40,6 @@ from flexmb.version import installed_version
 
 DESIGN = "design"
 RESERVED = ("ok", "status")
-# Pattern of a unit in brackets, such as "[rad/s]" or "[m]", as opposed to a range of numbers.
-UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
 
 
 @dataclass(frozen=True)
@@ -235,7 +232,6 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     return dataset
 
 
-# What sweeps and diagrams share: the executor, the store, the progress bar
 @dataclass(frozen=True)
 class Work:
     """Common arguments of `sweep` and `bifurcation`: executor, store, progress."""

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from flexmb.dynamics.sections.crossing import CLOSE, HALVINGS, ROUNDS
+from flexmb.dynamics.sections import CLOSE, HALVINGS, ROUNDS
 from flexmb.dynamics.systems.impact_ode import PILE
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import HEIGHT, RATES, Kernel, address_table, compiled, copy, height_at, rates_at

@@ -181,16 +181,12 @@ class Dynamics(ABC):
 
     @abstractmethod
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        """Advance by a duration [unit].
+        """Advance by a duration [unit]; returns whether the end was reached, and if not, `status` says why.
 
         Parameters
         ----------
         duration : duration, > 0; a whole number for maps and sections.
         tangents : tangent vectors (size, k), float64 in C order, advanced in place.
-
-        Returns
-        -------
-        bool : whether the end was reached; if not, `status` says why.
         """
 
     def remarks(self, since: float) -> list[str]:  # noqa: ARG002 - most systems have none
@@ -290,7 +286,6 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return lengths
 
 
-# Base class of flows, with the steps, snapshots and rates of signals on which sections rest
 class ContinuousFlow(Dynamics):
     """A system in continuous time with step sizes chosen by its integrator."""
 
@@ -313,16 +308,12 @@ class ContinuousFlow(Dynamics):
 
     @abstractmethod
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
-        """Advance by one step, not beyond the time `limit` [s].
+        """Advance by one step; returns whether it succeeded.
 
         Parameters
         ----------
-        limit : a time after the present time [s].  It changes a step only if it is near.
+        limit : a time after the present time [s], beyond which the step does not go; it changes a step only if near.
         tangents : tangent vectors (size, k), advanced in place.
-
-        Returns
-        -------
-        bool : whether the step succeeded.
         """
 
     def seek(self, signal: int, level: float, side: int, limit: float) -> bool | None:  # noqa: ARG002 - most cannot
@@ -385,12 +376,8 @@ class OfFlow(Dynamics):
     resolution: Any = property(attrgetter("flow.resolution"))
     parameters: Any = property(attrgetter("flow.parameters"))
     fineness: Any = property(attrgetter("flow.fineness"))
-
-    def state(self) -> np.ndarray:
-        return self.flow.state()
-
-    def observe(self) -> np.ndarray:
-        return self.flow.observe()
+    state: Any = property(attrgetter("flow.state"))
+    observe: Any = property(attrgetter("flow.observe"))
 
     def copy(self) -> Self:
         other = copy.copy(self)
@@ -403,7 +390,6 @@ class OfFlow(Dynamics):
         return other
 
 
-# The one conversion of what public functions take: a mechanism becomes a flow
 def is_mechanism(system: Any) -> bool:
     """Whether `system` is a `Mechanism`; without an import of mechanics there is none."""
     model = sys.modules.get("flexmb.model.mechanism")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from flexmb.dynamics.systems.compiled_ode import CompiledMotion
 
 
-# Base of systems defined by a function of the user, and checks of the arguments and results of such functions
 class GivenSystem(Dynamics):
     """Base of systems given by a function, its Jacobian, parameters and a start."""
 
@@ -50,9 +50,7 @@ class GivenSystem(Dynamics):
     def _label(self) -> str:
         return f"{self.kind} {self.name!r}"
 
-    @property
-    def time(self) -> float:
-        return self._time
+    time: Any = property(attrgetter("_time"))
 
     @property
     def size(self) -> int:
@@ -65,8 +63,7 @@ class GivenSystem(Dynamics):
     def state(self) -> np.ndarray:
         return self._state.copy()
 
-    def observe(self) -> np.ndarray:
-        return self._state.copy()
+    observe = state
 
     def copy(self) -> Self:
         other = copy.copy(self)
@@ -142,7 +139,6 @@ def square_of(owner: str, value: Any, size: int) -> np.ndarray:
     return found
 
 
-# Maps given by a function, and checks of the arguments that maps and differential equations share
 class Map(GivenSystem):
     """The map x -> function(x, **parameters).
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, Self
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
+from flexmb.dynamics.sections import UP, Height, carry, locate, stride
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, central_differences, compiled_motion, state_of
 from flexmb.errors import InputError
@@ -58,6 +59,11 @@ class ImpactODE(OfFlow, ContinuousFlow):
     _before: np.ndarray
     _unhit: Any = None  # snapshot before the impact with which the last step ended
     silent: Spans = ()  # spans in which surfaces pass through each other
+    time: Any = property(attrgetter("flow.time"))
+    pace: Any = property(attrgetter("flow.pace"))
+    velocity: Any = property(attrgetter("flow.velocity"))
+    rate: Any = property(attrgetter("flow.rate"))
+    slopes: Any = property(attrgetter("flow.slopes"))
 
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
         if not isinstance(ode, ODE):
@@ -75,17 +81,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
         return f"ImpactODE {self.name!r}"
 
     @property
-    def time(self) -> float:
-        return self.flow.time
-
-    @property
     def ode(self) -> ODE:
         """The motion between impacts."""
         return self.flow
-
-    @property
-    def pace(self) -> float:
-        return self.flow.pace
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self.flow.reset(state, time=time, parameters=parameters)
@@ -158,15 +156,6 @@ class ImpactODE(OfFlow, ContinuousFlow):
         other = super().copy()
         other._motion = self._motion and self._motion.copy()
         return other
-
-    def velocity(self) -> np.ndarray:
-        return self.flow.velocity()
-
-    def rate(self, signal: int) -> float:
-        return self.flow.rate(signal)
-
-    def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        return self.flow.slopes(signal, tangents)
 
     def snapshot(self) -> Any:
         return self.flow.snapshot(), self.ok, self.status, self._last
@@ -317,27 +306,18 @@ class FromImpact(OfFlow):
         self._state = np.append(state, instant)
         self.ok, self.status = True, "ready"
 
-    @property
-    def size(self) -> int:
-        return len(self._state)
-
-    @property
-    def dimension(self) -> int:
-        return self.size
+    time: Any = property(attrgetter("_time"))
+    size: Any = property(lambda self: len(self._state))
+    dimension: Any = size
 
     @property
     def weights(self) -> np.ndarray:
         return np.append(self.flow.weights, self.slowness**-2)
 
-    @property
-    def time(self) -> float:
-        return self._time
-
     def state(self) -> np.ndarray:
         return self._state.copy()
 
-    def observe(self) -> np.ndarray:
-        return self.state()
+    observe = state
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._state = self._state if state is None else np.array(state, dtype=np.float64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -32,8 +32,6 @@ from flexmb.results.status import followed
 from flexmb.run.simulate import Step, period_or_none
 from flexmb.statics.start.consistent import Start, accelerations, consistent_start, metric_of, projected
 
-# Scales of a mechanism's state and signals: weights, resolution, bookkeeping histories, signals of the motion
-
 PLACES = (".ex", ".ey")  # endings of the signals that give the position of a journal in its bearing
 RATES = {"x": "vx", "y": "vy", "theta": "omega"}  # endings of the names of velocities by those of coordinates
 PENETRATION = "penetration"
@@ -45,18 +43,6 @@ NUDGE = 1e-6
 SMALL_IN_CONTACT = 1e-9
 # Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step.
 SHORTEST = 100.0
-
-
-class Snapshot(NamedTuple):
-    """Complete state of a run: time, arrays of `Flow`, signals, code and note of the last step, ok, status."""
-
-    time: float
-    arrays: dict[str, np.ndarray]
-    signals: np.ndarray
-    code: int
-    note: str
-    ok: bool
-    status: str
 
 
 class MechanismFlow(ContinuousFlow):
@@ -289,10 +275,10 @@ class MechanismFlow(ContinuousFlow):
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
             return False
-        here = self.snapshot()
+        here, began = self.snapshot(), self.time
         self.ok, self.status = self.run.one_step(limit), self.run.status()
         if self.ok and tangents is not None:
-            size = self.time - here.time
+            size = self.time - began
             self.restore(here)
             return self.advance(size, tangents)
         return self.ok
@@ -308,9 +294,9 @@ class MechanismFlow(ContinuousFlow):
         q, v, z, a = x[:n], x[n : 2 * n], x[2 * n : -2 * n], x[-2 * n : -n]
         dz = np.zeros_like(z)
         if len(z):
-            here = self.snapshot()
+            here, began = self.snapshot(), self.time
             self.advance(tau)
-            dz = (self.state()[2 * n : -2 * n] - z) / (self.time - here.time)
+            dz = (self.state()[2 * n : -2 * n] - z) / (self.time - began)
             self.restore(here)
         later = ((s, q + s * v + 0.5 * s * s * a, v + s * a, z + s * dz) for s in (tau, -tau))
         ahead, behind = (accelerations(self.program, x1, v1, self.time + s, z1)[0] for s, x1, v1, z1 in later)
@@ -404,15 +390,14 @@ class MechanismFlow(ContinuousFlow):
                 sentences.append(f"{text}: {damped}.")
         return sentences
 
-    def snapshot(self) -> Snapshot:
-        run = self.run
-        signals = run.record.signals.copy()
-        return Snapshot(self.time, run.flow.saved(), signals, run.code, run.note, self.ok, self.status)
+    def snapshot(self) -> Any:
+        run = self.run  # arrays of `Flow`, signals, code and note of the last step
+        return run.flow.saved(), run.record.signals.copy(), run.code, run.note, self.ok, self.status
 
-    def restore(self, snapshot: Snapshot) -> None:
-        self.run.flow.restore(snapshot.arrays)
-        self.run.record.signals[:] = snapshot.signals
-        self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
+    def restore(self, snapshot: Any) -> None:
+        arrays, signals, self.run.code, self.run.note, self.ok, self.status = snapshot
+        self.run.flow.restore(arrays)
+        self.run.record.signals[:] = signals
 
     def copy(self) -> Self:
         return self._with(self.step)

@@ -3,9 +3,6 @@
 An arc from `start` to `end` turns by `turn` in all, counter-clockwise > 0; with `turn` 0 it is straight.  With the
 distance c of the ends the length is c (turn/2)/sin(turn/2); the tangents at the ends lie turn/2 to the right and to the
 left of the line between them.
-Equations (2.17) and (2.18) of docs/theory/beam.md.
-
-Equations (2.1) to (2.5), (2.16) and (2.18) of docs/theory/beam.md.
 
 Nodes (x1, y1, theta1, x2, y2, theta2); the chord from node 1 to node 2 has length l and direction alpha, its axes are
 e and n.  With s = xi L along the unstressed element and the shape functions N2, N4 (cubics of Hermite without shear):
@@ -30,7 +27,7 @@ the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho'
 so that r holds every rigid motion, and the sums of forces and moments are the rates of the momenta of r.
 Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures, vol. 1, Wiley 1991, chapter 7
 (corotational beam with averaged shallow-arch strain); the inertia terms are derived here from T.
-Equations (2.1) to (2.11), (2.16) and (2.18) of docs/theory/beam.md; inertia: (3.1) to (3.7) of docs/theory/inertia.md.
+Equations (2.1) to (2.11) and (2.16) to (2.18) of docs/theory/beam.md; (3.1) to (3.7) of docs/theory/inertia.md.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Element matrices of a beam, from weak forms with scikit-fem, with or without shear.
+"""Element matrices of a beam, from weak forms with scikit-fem; its shape and section forces from the poses of its ends.
 
 In an element the shear force V is constant, and so is the mean angle -sigma between the axis and the normals of the
 sections; the axis is the cubic of Hermite with the slopes uk - sigma at its ends, sections turn by psi = w' + sigma:
@@ -10,7 +10,6 @@ For a uniform section c1 = c2 = Phi/(2 (1 + Phi)) with Phi = 12 E I/(ks G A L^2)
 J. S. Przemieniecki, Theory of Matrix Structural Analysis, McGraw-Hill 1968, sections 5.6 and 11.6: exact for forces and
 moments on the ends, without locking of thin beams.  For tapered sections V is constant as in the weak form of Hellinger
 and Reissner, like the axial force of `fem`.
-Equations (2.13) to (2.16) of docs/theory/beam.md.
 
 Axial     stiffness  1 / int dx/(E A)      mass  int rho A u v dx     linear elements, order (u1, u2)
 Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Hermite elements,
@@ -22,23 +21,36 @@ stiff.
 w is positive to the left of the direction of the beam, so theta is counter-clockwise.  Shear is condensed: see `shear`.
 The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
 time loop.
-Equation (2.7) of docs/theory/beam.md.
+Equations (2.7) and (2.13) to (2.16) of docs/theory/beam.md.
+
+Shape and forces: in the axes of the chord (length l; L unstressed), with end rotations u1, u2 and s = xi L:
+
+    w(s)   = cubic with w(0) = w(L) = 0, w'(0) = u1 - sigma, w'(L) = u2 - sigma,   sigma = c1 u1 + c2 u2 with shear
+    kappa  = w'' less that of the unstressed element
+    e      = l - l0 + L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
+    N      = axial e
+    M(0)   = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2,   dk = uk - uk0,   gk = de/duk, linear between
+    V      = (M(0) - M(L)) / l
+
+(N, V, M) are the forces of the part beyond a section on the part before it: N along the chord, V to its left, M
+counter-clockwise; M > 0 bends the beam to the left, as kappa > 0.  These are the elastic forces, without damping.
+The cubics come from scikit-fem.  Source of N and M: `flexmb.elastic.beams.corotational`.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
+from skfem import Basis, BilinearForm, CellBasis, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
-from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
+from flexmb.elastic.beams.section import Section, shear_factors
 from flexmb.errors import InputError
 from flexmb.model.law import Material
+from flexmb.model.shape import BeamShape
 from flexmb.planar import Array
 
 BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
@@ -53,12 +65,6 @@ class Bending(NamedTuple):
     # (n, 2) c1, c2: shear angle over the end rotations against the chord, sign changed [1]; 0 without shear
     shares: Array
     bow: Array  # (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
-
-
-def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
-    """Matrices of the cubics as they are."""
-    n = len(stiffness)
-    return Bending(stiffness, mass, rotary, np.zeros((n, 2)), np.tile(BOW, (n, 1)))
 
 
 def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
@@ -78,7 +84,7 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
     stiffness = _carried(cubics.stiffness, axis)
     stiffness += np.where(rigid, 0.0, angle)[:, None, None] * (sigma[:, :, None] * sigma[:, None, :])
     rotary = _carried(cubics.rotary, section)
-    return Bending(stiffness, _carried(cubics.mass, axis), rotary, shares, _bow(lengths, axial, shares, flexibility))
+    return Bending(stiffness, _carried(cubics.mass, axis), rotary, shares, _bow(axial, shares, flexibility))
 
 
 def _carried(matrices: Array, change: Array) -> Array:
@@ -87,7 +93,7 @@ def _carried(matrices: Array, change: Array) -> Array:
     return np.asarray(0.5 * (product + product.transpose(0, 2, 1)))
 
 
-def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Array:
+def _bow(axial: Array, shares: Array, flexibility: Array) -> Array:
     """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N."""
     # Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1. To second order of the
     # strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
@@ -156,71 +162,25 @@ class BeamMatrices:
         """l0, u10 and u20 of straight elements; see `flexmb.elastic.beams.corotational`."""
         return tuple((length, 0.0, 0.0) for length in self.lengths.tolist())
 
-    def mass_moments(self) -> tuple[float, float, float]:
-        """Mass [kg], first moment [kg m] and inertia [kg m^2] about the start, by the exact motions w = 1 and w = x."""
-        start = np.cumsum(self.lengths) - self.lengths
-        zero, one = np.zeros_like(start), np.ones_like(start)
-        shift = np.stack([one, zero, one, zero], axis=1)
-        turn = np.stack([start, one, start + self.lengths, one], axis=1)
-        pairs = ((shift, shift), (shift, turn), (turn, turn))
-        mass, first, second = (float(np.einsum("ei,eij,ej->", a, self.bending_mass, b)) for a, b in pairs)
-        return mass, first, second
-
-
-def beam_matrices(
-    stations: npt.ArrayLike,
-    section: Section,
-    material: Material,
-    *,
-    rotary_inertia: bool | float = False,
-    shear: bool | float = False,
-) -> BeamMatrices:
-    """Matrices of every element of one beam.
-
-    The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
-    graded meshes need no further code.  Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`).  Without
-    `shear` not for thick beams: length over height should exceed about 10.  Stations (n + 1,) increase [m].
-
-    `rotary_inertia` of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m]; `shear`
-    deformation (Timoshenko beam): True for the shear factor of the section, or the factor [1].
-
-    Notes
-    -----
-    Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
-    Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
-
-    Examples
-    --------
-    >>> from flexmb.model.law import STEEL
-    >>> from flexmb.elastic.beams.section import Rectangle
-    >>> matrices = beam_matrices([0.0, 0.1, 0.3], Rectangle(width=0.01, height=0.02), STEEL)
-    >>> matrices.bending_stiffness.shape
-    (2, 4, 4)
-    >>> round(matrices.mass_moments()[0], 6)  # 7801 kg/m^3 x 0.01 m x 0.02 m x 0.3 m
-    0.46806
-    """
-    return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia, shear)])[0]
-
 
 @dataclass(frozen=True, eq=False)
 class BeamData:
-    """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia, shear."""
+    """Data of one straight beam that its matrices depend on."""
 
-    stations: Array
+    # The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
+    # graded meshes need no further code. Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear
+    # not for thick beams: length over height should exceed about 10.
+    # Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
+    # Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
+    stations: Array  # (n + 1,) increasing [m]
     section: Section
     material: Material
-    rotary_inertia: bool | float = False
-    shear: bool | float = False
-
-    def __post_init__(self) -> None:
-        _require(self.section, Section, "section", "Rectangle(width=..., height=...)")
-        _require(self.material, Material, "material", "Material(young=..., density=...)")
-        if not isinstance(self.shear, bool) and self.shear != 0.0:
-            checked_factor("Beam", "shear", self.shear)
+    rotary_inertia: bool | float = False  # of the rotation of sections (Rayleigh): True for rho I, or a number [kg m]
+    shear: bool | float = False  # deformation (Timoshenko): True for the shear factor of the section, or the factor [1]
 
 
 def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
-    """Matrices of several beams, all their elements in one mesh; see `beam_matrices`."""
+    """Matrices of several beams, all their elements in one mesh."""
     if not beams:
         return []
     counts = [beam.stations.size - 1 for beam in beams]
@@ -242,7 +202,8 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     turning = np.repeat(given, counts)[:, None]
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
     about = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
-    bent = without_shear(_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about)
+    cubics, n = (_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about), len(begin)
+    bent = Bending(*cubics, np.zeros((n, 2)), np.tile(BOW, (n, 1)))
     if any(beam.shear for beam in beams):
         sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
         bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
@@ -264,30 +225,6 @@ def _local(form: BilinearForm, basis: Basis, weight: Array) -> Array:
     matrices: Array = np.ascontiguousarray(form.coo_data(basis, weight=weight).tolocal())
     # symmetric to the last bit, which products in another order are not
     return np.asarray(0.5 * (matrices + matrices.transpose(0, 2, 1)))
-
-
-def _checked_stations(stations: npt.ArrayLike) -> Array:
-    try:
-        x = np.array(stations, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"Beam: stations are {stations!r}; they must be numbers in m.") from None
-    if x.ndim != 1 or x.size < 2:
-        text = f"Beam: stations have shape {x.shape}; they must be the positions of at least two nodes"
-        raise InputError(f"{text}, for instance numpy.linspace(0.0, length, 5).")
-    if not np.all(np.isfinite(x)):
-        bad = int(np.argmin(np.isfinite(x)))
-        raise InputError(f"Beam: station {bad} is {x[bad]} m; it must be finite.")
-    steps = np.diff(x)
-    if not np.all(steps > 0.0):
-        k = int(np.argmin(steps > 0.0))
-        text = f"Beam: station {k + 1} at {x[k + 1]:g} m is not beyond station {k} at {x[k]:g} m"
-        raise InputError(f"{text}; give positions that increase along the beam.")
-    return x
-
-
-def _require(value: object, kind: type, name: str, example: str) -> None:
-    if not isinstance(value, kind):
-        raise InputError(f"Beam: {name} is {value!r}; it must be a {kind.__name__}, such as {example}.")
 
 
 def _dimensions(
@@ -333,3 +270,96 @@ def _section_values(section: Section, method: str, s: Array, least: float | None
         k = np.unravel_index(int(np.argmin(good)), s.shape)
         raise InputError(f"{owner}: the value at s = {s[k]:.4g} is {values[k]:g}; it must be finite and > 0.")
     return values
+
+
+class Deformation(NamedTuple):
+    """An element in the axes of its chord, at every instant; all (n,)."""
+
+    l: np.ndarray  # length of the chord [m]
+    c: np.ndarray  # cosine of its direction
+    s: np.ndarray  # sine of its direction
+    u1: np.ndarray  # rotation of the start against the chord [rad]
+    u2: np.ndarray  # rotation of the end against the chord [rad]
+
+
+class SectionForces(NamedTuple):
+    """Elastic section forces at n instants and m points; all (n, m)."""
+
+    N: np.ndarray  # axial force, tension positive [N]
+    M: np.ndarray  # bending moment [N m]
+    V: np.ndarray  # shear force [N]
+
+
+def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -> Deformation:
+    """Chord and end rotations; poses (n, 3) or (3,) as x, y, theta [m, rad]."""
+    start, end = np.atleast_2d(pose_start), np.atleast_2d(pose_end)
+    dx, dy = end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]
+    l = np.hypot(dx, dy)
+    c, s = dx / l, dy / l
+    u1 = _rotation(start[:, 2] + beam.start_angle, c, s)
+    u2 = _rotation(end[:, 2] + beam.end_angle, c, s)
+    return Deformation(l, c, s, u1, u2)
+
+
+def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
+    """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit."""
+    # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
+    start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
+    d = deformation(pose_start, pose_end, beam)
+    w = beam.length * _blend(d, beam, xi, 0)
+    normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
+    along = np.asarray(xi, dtype=float)[None, :, None]
+    return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
+
+
+def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
+    """Curvature w'' of the axis, less that of the unstressed one, (n, m) [1/m]; arguments as for `element_shape`."""
+    d, (_, free1, free2) = deformation(pose_start, pose_end, beam), beam.free
+    return np.asarray(_blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length)
+
+
+def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> SectionForces:
+    """Axial force [N], bending moment [N m] and shear force [N], each (n, m); arguments as for `element_shape`."""
+    # The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered
+    # beams.
+    d = deformation(pose_start, pose_end, beam)
+    L, (b11, b12, b22), (p, q, r), (free, free1, free2) = beam.length, beam.bending, beam.bow, beam.free
+    e = d.l - free + L / 30.0 * (p * d.u1**2 - q * d.u1 * d.u2 + r * d.u2**2)
+    N, u1, u2 = beam.axial * e, d.u1 - free1, d.u2 - free2
+    first = -(b11 * u1 + b12 * u2 + N * L / 30.0 * (2.0 * p * d.u1 - q * d.u2))
+    last = b12 * u1 + b22 * u2 + N * L / 30.0 * (2.0 * r * d.u2 - q * d.u1)
+    along = np.asarray(xi, dtype=float)[None, :]
+    M = (1.0 - along) * first[:, None] + along * last[:, None]
+    V = (first - last) / d.l
+    return SectionForces(*(np.broadcast_to(f[:, None], M.shape) if f.ndim == 1 else f for f in (N, M, V)))
+
+
+def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
+    """E I of the section, (m,) [N m2], linear between the ends."""
+    return np.asarray(np.interp(xi, (0.0, 1.0), beam.ei))
+
+
+def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """theta less the direction of the chord, in (-pi, pi]."""
+    ct, st = np.cos(theta), np.sin(theta)
+    return np.asarray(np.arctan2(st * c - ct * s, ct * c + st * s))
+
+
+def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:
+    """The cubic of the axis, or its second derivative, on an element of unit length; (n, m)."""
+    h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
+    sheared = beam.shear[0] * d.u1 + beam.shear[1] * d.u2
+    return np.asarray((d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2)
+
+
+@lru_cache(maxsize=64)
+def _cubics(xi: tuple[float, ...]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """The cubics with unit slope at the start and at the end, and their second derivatives, at the points xi."""
+    points = np.array(xi)
+    unit = MeshLine(np.array([[0.0, 1.0]]))
+    basis = CellBasis(unit, ElementLineHermite(), quadrature=(points[None, :], np.ones(len(points))))
+    fields = [basis.basis[i][0] for i in (1, 3)]
+    # roundoff of scikit-fem's inverted matrix must not move the nodes
+    inner = np.where((points == 0.0) | (points == 1.0), 0.0, 1.0)
+    values = tuple(inner * np.asarray(f)[0] for f in fields)
+    return {0: values, 2: tuple(f.hess[0, 0, 0] for f in fields)}

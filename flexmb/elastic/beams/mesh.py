@@ -7,7 +7,6 @@ import zlib
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
-from itertools import pairwise
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -40,7 +39,6 @@ class LineMesh:
     name: str = "mesh"  # name of the mesh in messages
 
     def __post_init__(self) -> None:
-        _check_shapes(self)
         _check_lines(self)
 
     def stations(self, nodes: Sequence[int] | Indices) -> Array:
@@ -49,24 +47,15 @@ class LineMesh:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def tag_of(self, nodes: Sequence[int] | Indices) -> int:
-        """Common tag of all lines along a sequence of nodes, or `InputError`."""
-        sequence = [int(node) for node in nodes]
-        index = {frozenset(edge): k for k, edge in enumerate(self.edges.tolist())}
-        pairs = [frozenset(pair) for pair in pairwise(sequence)]
-        if not pairs or any(pair not in index for pair in pairs):
-            text = f"{self.name}: the nodes {sequence} do not follow lines of the mesh"
-            raise InputError(f"{text}; take a sequence from chain(mesh) or members(mesh).")
-        tags = sorted({int(self.tags[index[pair]]) for pair in pairs})
-        if len(tags) > 1:
-            raise InputError(f"{self.name}: the nodes pass lines with the tags {tags}; split them with members(mesh).")
-        return tags[0]
+        """Tag of the lines along nodes of a member, which is that of the first of these lines."""
+        along = (np.sort(self.edges, axis=1) == np.sort(nodes[:2])).all(axis=1)
+        return int(self.tags[along].item())
 
 
-def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
+def read_lines(path: str | PathLike[str]) -> LineMesh:
     """The lines of a mesh file [m] in any format of meshio, with points, edges and tags in the order of the file."""
     # Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell). In 3-D all
-    # z must be equal. `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES`
-    # that the file has. Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
+    # z must be equal. Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
     file = checks.path("mesh", path)
     mesh = read_file(file)
     edges = np.asarray(mesh.get_cells_type("line"), dtype=np.int64).reshape(-1, 2)
@@ -75,7 +64,7 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
         text = f"{file}: no two-node line cells; the cells are: {kinds}"
         raise FileFormatError(f"{text}. Mesh the curves with elements of first order and export them.")
     points, edges = _without_single_points(plane_points(file, mesh.points), edges, mesh)
-    return LineMesh(points, edges, _tags(file, mesh, tag, len(edges)), name=str(file))
+    return LineMesh(points, edges, _tags(file, mesh, len(edges)), name=str(file))
 
 
 def chain(mesh: LineMesh) -> Indices:
@@ -170,37 +159,22 @@ def _without_single_points(points: Array, edges: Indices, mesh: Any) -> tuple[Ar
     return points[keep], (np.cumsum(keep) - 1)[edges]
 
 
-def _tags(file: Path, mesh: Any, tag: str | None, n: int) -> Indices:
-    names = [name for name in TAG_NAMES if name in mesh.cell_data]
-    if tag is not None and tag not in mesh.cell_data:
-        raise FileFormatError(f"{file}: no cell data {tag!r}. {checks.did_you_mean(tag, mesh.cell_data)}")
-    if tag is None and not names:
+def _tags(file: Path, mesh: Any, n: int) -> Indices:
+    """Tags of lines, of the first cell data of `TAG_NAMES` that a file has."""
+    name = next((name for name in TAG_NAMES if name in mesh.cell_data), None)
+    if name is None:
         return np.zeros(n, dtype=np.int64)
-    name = tag if tag is not None else names[0]
     values = np.asarray(mesh.get_cell_data(name, "line"))
     # a file may hold several numbers a cell, or fractions, under any name
     if values.shape != (n,) or not np.issubdtype(values.dtype, np.number) or np.any(values != np.round(values)):
         text = f"{file}: cell data {name!r} are not one whole number for each line"
-        raise FileFormatError(f"{text}. Name the cell data with the tags: read_lines(path, tag='...').")
+        raise FileFormatError(f"{text}. Give one number a line under this name, or export the mesh without it.")
     return values.astype(np.int64)
 
 
 def extent(points: Array) -> float:
     """Largest extent of points (n, 2) along an axis [m]."""
     return float(np.max(np.ptp(points, axis=0)))
-
-
-def _check_shapes(mesh: LineMesh) -> None:
-    points, edges, tags = mesh.points, mesh.edges, mesh.tags
-    shapes = points.shape[1:] == (2,), edges.shape[1:] == (2,), tags.shape == edges.shape[:1]
-    right = dict(zip(("points", "edges", "tags"), shapes, strict=True))
-    for name, good in right.items():
-        if not good:
-            text = f"{mesh.name}: {name} have shape {getattr(mesh, name).shape}"
-            raise InputError(f"{text}; points must be (n, 2), edges (m, 2), tags (m,).")
-    if not edges.size or edges.min() < 0 or edges.max() >= len(points):
-        text = f"{mesh.name}: edges are empty or name nodes outside 0 ... {len(points) - 1}"
-        raise InputError(f"{text}; count nodes from 0.")
 
 
 def _check_lines(mesh: LineMesh) -> None:

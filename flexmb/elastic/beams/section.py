@@ -52,20 +52,26 @@ class Dimensioned(Section):
     def _dimensions_at(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
         """Class whose formulas hold, and the dimensions at s."""
 
+    def _numbers_at(self, s: Place) -> tuple[Array, Array, Array]:
+        kind, dimensions = self._dimensions_at(s)
+        return kind.numbers_of(*dimensions)
+
     def area_at(self, s: Place) -> Array:
         """A(s) [m^2] for the dimensions at s."""
-        kind, dimensions = self._dimensions_at(s)
-        return kind.area_of(*dimensions)
+        area, _, _ = self._numbers_at(s)
+        return area
 
     def second_moment_at(self, s: Place) -> Array:
         """I(s) [m^4] for the dimensions at s."""
-        kind, dimensions = self._dimensions_at(s)
-        return kind.second_moment_of(*dimensions)
+        _, second_moment, _ = self._numbers_at(s)
+        return second_moment
 
     def outer_fibre_at(self, s: Place) -> Array:
         """c(s) [m] for the dimensions at s."""
-        kind, dimensions = self._dimensions_at(s)
-        return kind.outer_fibre_of(*dimensions)
+        _, _, c = self._numbers_at(s)
+        if np.any(np.isnan(c)):
+            raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
+        return c
 
     def shear_factor_at(self, s: Place, poisson: float) -> Array:
         """ks(s) [1] for the dimensions at s."""
@@ -76,24 +82,14 @@ class Dimensioned(Section):
 class Prismatic(Dimensioned):
     """Base of sections that are constant along the beam and described by positive dimensions.
 
-    The fields of a subclass are its dimensions; `area_of`, `second_moment_of` and `outer_fibre_of` take their values
-    as arrays in the order of the fields.  So `Tapered` works with every such class.
+    The fields of a subclass are its dimensions; `numbers_of` and `shear_factor_of` take their values as arrays in the
+    order of the fields.  So `Tapered` works with every such class.
     """
 
     @staticmethod
     @abstractmethod
-    def area_of(*dimensions: Array) -> Array:
-        """Area [m^2] for these dimensions."""
-
-    @staticmethod
-    @abstractmethod
-    def second_moment_of(*dimensions: Array) -> Array:
-        """Second moment of area [m^4] for these dimensions."""
-
-    @staticmethod
-    @abstractmethod
-    def outer_fibre_of(*dimensions: Array) -> Array:
-        """Distance of the outer fibre [m] for these dimensions."""
+    def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
+        """Area [m^2], second moment of area [m^4] and distance of the outer fibre [m] of dimensions; NaN: unknown."""
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
@@ -135,22 +131,10 @@ class Rectangle(Prismatic):
     height: float = field("h, IN the plane of motion, the direction of bending", "m", positive)
 
     @staticmethod
-    def area_of(*dimensions: Array) -> Array:
-        """A = b h [m^2]."""
+    def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
+        """A, I and c [m^2, m^4, m]."""
         b, h = dimensions
-        return b * h
-
-    @staticmethod
-    def second_moment_of(*dimensions: Array) -> Array:
-        """I = b h^3 / 12 [m^4]."""
-        b, h = dimensions
-        return b * h**3 / 12.0
-
-    @staticmethod
-    def outer_fibre_of(*dimensions: Array) -> Array:
-        """c = h / 2 [m]."""
-        _, h = dimensions
-        return 0.5 * h
+        return b * h, b * h**3 / 12.0, 0.5 * h
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
@@ -171,22 +155,10 @@ class Circle(Prismatic):
     diameter: float = field("d", "m", positive)
 
     @staticmethod
-    def area_of(*dimensions: Array) -> Array:
-        """A = pi d^2 / 4 [m^2]."""
+    def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
+        """A, I and c [m^2, m^4, m]."""
         (d,) = dimensions
-        return 0.25 * math.pi * d**2
-
-    @staticmethod
-    def second_moment_of(*dimensions: Array) -> Array:
-        """I = pi d^4 / 64 [m^4]."""
-        (d,) = dimensions
-        return math.pi * d**4 / 64.0
-
-    @staticmethod
-    def outer_fibre_of(*dimensions: Array) -> Array:
-        """c = d / 2 [m]."""
-        (d,) = dimensions
-        return 0.5 * d
+        return 0.25 * math.pi * d**2, math.pi * d**4 / 64.0, 0.5 * d
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
@@ -214,22 +186,10 @@ class Tube(Prismatic):
             raise InputError(f"{text} Both are diameters.")
 
     @staticmethod
-    def area_of(*dimensions: Array) -> Array:
-        """A = pi (D^2 - d^2) / 4 [m^2]."""
+    def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
+        """A, I and c [m^2, m^4, m]."""
         D, d = dimensions
-        return 0.25 * math.pi * (D**2 - d**2)
-
-    @staticmethod
-    def second_moment_of(*dimensions: Array) -> Array:
-        """I = pi (D^4 - d^4) / 64 [m^4]."""
-        D, d = dimensions
-        return math.pi * (D**4 - d**4) / 64.0
-
-    @staticmethod
-    def outer_fibre_of(*dimensions: Array) -> Array:
-        """c = D / 2 [m]."""
-        D, _ = dimensions
-        return 0.5 * D
+        return 0.25 * math.pi * (D**2 - d**2), math.pi * (D**4 - d**4) / 64.0, 0.5 * D
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
@@ -266,24 +226,10 @@ class GeneralSection(Prismatic):
         return self.area, self.second_moment, *unsure
 
     @staticmethod
-    def area_of(*dimensions: Array) -> Array:
-        """A as given [m^2]."""
-        area, *_ = dimensions
-        return area
-
-    @staticmethod
-    def second_moment_of(*dimensions: Array) -> Array:
-        """I as given [m^4]."""
-        _, second_moment, *_ = dimensions
-        return second_moment
-
-    @staticmethod
-    def outer_fibre_of(*dimensions: Array) -> Array:
-        """c as given [m], or `InputError`."""
-        _, _, c, _ = dimensions
-        if np.any(np.isnan(c)):
-            raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
-        return c
+    def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
+        """A, I and c as given [m^2, m^4, m]."""
+        area, second_moment, c, _ = dimensions
+        return area, second_moment, c
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:

@@ -17,7 +17,6 @@ from flexmb.errors import InputError
 from flexmb.kernels import extremum_kernel, fast
 
 
-# Strain and stress of beams from the poses of their nodes
 @dataclass(frozen=True)
 class BeamElements:
     """The elements of one beam, for strains."""

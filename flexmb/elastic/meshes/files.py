@@ -11,8 +11,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.elastic.beams.mesh import plane_points, read_file
-from flexmb.elastic.meshes.fillings import halved
 from flexmb.elastic.meshes.mesh import PlaneMesh, with_centres
+from flexmb.elastic.meshes.outlines import halved
 from flexmb.errors import FileFormatError
 from flexmb.planar import Array, Indices
 

@@ -1,25 +1,365 @@
-"""Plane meshes: nodes, cells of one kind, named sets and groups, regions."""
+"""Plane meshes: kinds of cells, their boundary, checks; nodes, cells of one kind, named sets and groups, regions.
+
+Each message of a check names the mesh, the cells or nodes, and the remedy.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+import skfem as fe
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 from skfem import Mesh2D
+from skfem.quadrature import get_quadrature
 
 from flexmb import checks
-from flexmb.elastic.meshes.cell_kinds import KINDS, CellKind, Edges, area_inside, edge_rule, edges_of, loops_of
-from flexmb.elastic.meshes.checks import checked_cells, checked_groups, checked_points, require_sound
+from flexmb.elastic.beams.mesh import FARTHEST, at, require_distinct
 from flexmb.errors import InputError
 from flexmb.fields import field, record_with
 from flexmb.model.law import Material
 from flexmb.planar import Array, Indices
+
+
+@dataclass(frozen=True)
+class CellKind:
+    """One kind of cells; nodes as in VTK and gmsh: corners counter-clockwise, middles of the edges, centre."""
+
+    name: str  # "tri3", "tri6", "quad4" or "quad9"
+    nodes: int  # number of nodes
+    corners: int  # number of corners
+    # local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left
+    edges: tuple[tuple[int, ...], ...]
+    element: type[fe.Element]  # scikit-fem's shape functions
+    mesh: type[fe.Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
+    # degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness of cells with
+    # straight edges, without taper, is then exact
+    stiffness_order: int
+    mass_order: int  # the same for the mass; exact for all cells, curved ones included
+
+    @property
+    def is_quadratic(self) -> bool:
+        """Whether edges have nodes in their middles."""
+        return self.nodes > self.corners
+
+    @property
+    def reference_nodes(self) -> Array:
+        """(2, nodes) coordinates of the nodes in the reference cell."""
+        return np.asarray(np.asarray(self.element().doflocs, dtype=float).T)
+
+    def shape_functions(self, places: Array) -> tuple[Array, Array]:
+        """Values (nodes, q), gradients (2, nodes, q) of shape functions at places (2, q) of the reference cell."""
+        element = self.element()
+        pairs = [element.lbasis(places, i) for i in range(self.nodes)]
+        values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
+        gradients = np.stack([np.broadcast_to(slope, places.shape) for _, slope in pairs], axis=1)
+        return values, gradients
+
+
+TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
+QUADRATIC = tuple((*edge, 4 + i) for i, edge in enumerate(QUADRILATERAL))  # with the middles of the edges
+
+KINDS = {  # kinds of cells by name
+    kind.name: kind
+    for kind in (
+        CellKind("tri3", 3, 3, TRIANGLE, fe.ElementTriP1, fe.MeshTri1, 1, 2),
+        CellKind("tri6", 6, 3, tuple((*e, 3 + i) for i, e in enumerate(TRIANGLE)), fe.ElementTriP2, fe.MeshTri2, 4, 6),
+        CellKind("quad4", 4, 4, QUADRILATERAL, fe.ElementQuad1, fe.MeshQuad1, 3, 3),
+        CellKind("quad9", 9, 4, QUADRATIC, fe.ElementQuad2, fe.MeshQuad2, 5, 7),
+    )
+}
+
+
+@cache
+def places_of_check(kind: str) -> Array:
+    """(2, q) places of a reference cell at which the Jacobian determinant is compared with 0: its nodes and inside."""
+    cell = KINDS[kind]
+    inner = get_quadrature(cell.element.refdom, cell.mass_order)[0]
+    return np.hstack([cell.reference_nodes, inner])
+
+
+def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
+    """(m, q) Jacobian determinants [m^2] of all cells at `places_of_check`."""
+    slopes = KINDS[kind].shape_functions(places_of_check(kind))[1]
+    x = points[cells]
+    J = np.einsum("mka,bkq->abmq", x, slopes, optimize=True)
+    return np.asarray(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Edges of all cells, each edge once."""
+
+    # (e, 2) or (e, 3) first node, last node and middle of each edge, as its first cell has it on the left
+    nodes: Indices
+    cells: Indices  # (e, 2) both cells of an edge; -1 for the missing one of a boundary edge
+    counts: Indices  # (e,) number of cells of each edge
+    folded: npt.NDArray[np.bool_]  # (e,) whether the first two cells of an edge lie on the same side of it
+
+    @property
+    def boundary(self) -> Indices:
+        """(b, 2) or (b, 3) nodes of the edges of the boundary, with the body on the left."""
+        return np.asarray(self.nodes[self.counts == 1])
+
+
+def edges_of(cells: Indices, kind: str) -> Edges:
+    """All edges of cells (m, k) of one kind."""
+    local = np.array(KINDS[kind].edges)
+    every = cells[:, local]  # (m, edges a cell, nodes an edge)
+    owner = np.repeat(np.arange(len(cells)), len(local))
+    every = every.reshape(-1, local.shape[1])
+    ends = np.sort(every[:, :2], axis=1)
+    key = ends[:, 0] * (int(cells.max()) + 1) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))
+    counts = np.diff(np.append(first, len(key)))
+    second = order[np.minimum(first + 1, len(key) - 1)]
+    cells_of = np.stack([owner[order[first]], np.where(counts > 1, owner[second], -1)], axis=1)
+    folded = (counts > 1) & (every[order[first], 0] == every[second, 0])
+    return Edges(every[order[first]], cells_of, counts, folded)
+
+
+def loops_of(boundary: Indices) -> list[Indices]:
+    """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left."""
+    # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes. The edges
+    # are (b, 2) or (b, 3) nodes.
+    after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
+    loops = []
+    while after:
+        node, nodes = next(iter(after)), []
+        while node in after:
+            edge = after.pop(node)
+            nodes += [edge[0], *edge[2:]]
+            node = edge[1]
+        loops.append(np.array(nodes, dtype=np.int64))
+    return loops
+
+
+def area_inside(points: Array) -> float:
+    """Signed area of a polygon with corners (n, 2) [m], in m^2; > 0 counter-clockwise."""
+    x, y = (points - points[0]).T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def tributary_lengths(points: Array, edges: Indices) -> Array:
+    """(n,) integral [m] of the nodes' shape functions along boundary edges (b, 2) or (b, 3); points (n, 2) [m]."""
+    lengths = np.zeros(len(points))
+    values, slopes, weights = edge_rule(edges.shape[1])
+    speed = np.linalg.norm(np.einsum("bka,kq->bqa", points[edges], slopes), axis=2)
+    np.add.at(lengths, edges, np.einsum("bq,kq,q->bk", speed, values, weights))
+    return lengths
+
+
+def edge_rule(nodes: int) -> tuple[Array, Array, Array]:
+    """Values and slopes (nodes, q) of shape functions of an edge, its middle last; weights (q,), on 0 ... 1."""
+    x, weights = np.polynomial.legendre.leggauss(4)
+    s, weights = 0.5 * (x + 1.0), 0.5 * weights
+    if nodes == 2:
+        return np.stack([1.0 - s, s]), np.stack([-np.ones_like(s), np.ones_like(s)]), weights
+    values = np.stack([(1.0 - s) * (1.0 - 2.0 * s), s * (2.0 * s - 1.0), 4.0 * s * (1.0 - s)])
+    return values, np.stack([4.0 * s - 3.0, 4.0 * s - 1.0, 4.0 - 8.0 * s]), weights
+
+
+FLAT = 1e-6  # Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat
+ON_EDGE = 1e-6  # distance of a node from another cell's edge over the edge's length [1] up to which it is on the edge
+
+
+def checked_points(label: str, points: Any) -> Array:
+    """Nodes (n, 2) as read-only floats."""
+    try:
+        found = np.array(points, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{label}: points are {points!r}; they must be (n, 2) numbers in m.") from None
+    if found.ndim != 2 or found.shape[1] != 2 or len(found) < 3:
+        raise InputError(f"{label}: points have shape {found.shape}; they must be (n, 2), three nodes at least.")
+    finite = (np.abs(found) < FARTHEST).all(axis=1)
+    if not finite.all():
+        bad = int(np.argmin(finite))
+        raise InputError(f"{label}: node {bad} is at {found[bad].tolist()}; coordinates must be finite. Mesh it again.")
+    return np.asarray(_read_only(found))
+
+
+def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
+    """Cells (m, k) as read-only whole numbers of existing nodes, none twice in a cell."""
+    found = _whole_numbers(label, "cells", cells)
+    k = KINDS[kind].nodes
+    if found.ndim != 2 or found.shape[1] != k or not len(found):
+        raise InputError(f"{label}: cells have shape {found.shape}; those of kind {kind!r} must be (m, {k}), m >= 1.")
+    if found.min() < 0 or found.max() >= nodes:
+        bad = int(np.argmax(((found < 0) | (found >= nodes)).any(axis=1)))
+        text = f"{label}: cell {bad} names the nodes {found[bad].tolist()}, but the nodes are 0 ... {nodes - 1}"
+        raise InputError(f"{text}. Count nodes from 0.")
+    twice = (np.diff(np.sort(found, axis=1), axis=1) == 0).any(axis=1)
+    if twice.any():
+        bad = int(np.argmax(twice))
+        text = f"{label}: cell {bad} names a node twice: {found[bad].tolist()}; {int(twice.sum())} such cells in all"
+        raise InputError(f"{text}. Use triangles where quadrilaterals collapse.")
+    return np.asarray(_read_only(found))
+
+
+def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> dict[str, Indices]:
+    """Named groups of node or cell numbers as read-only arrays."""
+    found = {}
+    for name, members in checks.mapping(label, field, groups).items():
+        checks.identifier(f"{label}, {field}", name)
+        owner = f"{label}: {field[:-1]} {name!r}"
+        numbers = _whole_numbers(owner, f"{of}s", members).ravel()
+        if not numbers.size:
+            raise InputError(f"{owner} has no {of}s. Leave it out, or give its {of} numbers.")
+        if numbers.min() < 0 or numbers.max() >= count:
+            bad = int(numbers[(numbers < 0) | (numbers >= count)][0])
+            raise InputError(f"{owner} names the {of} {bad}, but the {of}s are 0 ... {count - 1}. Count from 0.")
+        if len(np.unique(numbers)) < len(numbers):
+            raise InputError(f"{owner} names a {of} twice. Name each {of} once.")
+        found[name] = _read_only(numbers)
+    return found
+
+
+def require_sound(label: str, points: Array, cells: Indices, kind: str, edges: Edges) -> None:
+    """Refuse meshes whose cells are no decomposition of one connected body."""
+    _require_used(label, points, cells)
+    require_distinct(label, points, "cells")
+    _require_once(label, points, cells, kind)
+    _require_upright(label, points, cells, kind)
+    _require_two_cells(label, points, edges)
+    _require_one_piece(label, points, cells, edges)
+    _require_no_hanging_nodes(label, points, edges)
+    _require_simple_boundary(label, points, edges)
+
+
+def _require_used(label: str, points: Array, cells: Indices) -> None:
+    used = np.zeros(len(points), dtype=bool)
+    used[cells] = True
+    if not used.all():
+        bad = int(np.argmin(used))
+        text = f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
+        raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
+
+
+def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
+    corners = np.sort(cells[:, : KINDS[kind].corners], axis=1)
+    _, first, inverse, counts = np.unique(corners, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    if counts.max() > 1:
+        bad = int(np.argmax(counts))
+        second = int(np.flatnonzero(inverse.ravel() == bad)[1])
+        place = _of_cell(points, cells[second])
+        text = f"{label}: cells {int(first[bad])} and {second} have the same corners at {place}"
+        raise InputError(f"{text}; {int((counts > 1).sum())} such pairs in all. Delete one of each.")
+
+
+def _require_upright(label: str, points: Array, cells: Indices, kind: str) -> None:
+    corners = points[cells[:, : KINDS[kind].corners]]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    least = jacobians(points, cells, kind).min(axis=1)
+    wrong = least <= FLAT * longest**2
+    if wrong.any():
+        bad = int(np.argmin(least / longest**2))
+        word = "flat" if least[bad] > -FLAT * longest[bad] ** 2 else "inverted"
+        text = f"{label}: {int(wrong.sum())} of {len(cells)} cells are flat or inverted; the worst is cell {bad}, "
+        text += f"{word}, at {_of_cell(points, cells[bad])}"
+        raise InputError(f"{text}. {_remedy_of_cell(corners[bad], all_wrong=bool(wrong.all()))}")
+
+
+def _remedy_of_cell(corners: Array, *, all_wrong: bool) -> str:
+    """Remedy for a flat or inverted cell with these corners (3 or 4, 2)."""
+    ahead, behind = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
+    turns = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
+    if (turns < 0.0).all():
+        return "Order the nodes of the cells counter-clockwise."
+    if len(corners) == 4 and (turns < 0.0).sum() == 2:
+        return "Its edges cross: name its corners in the order in which they follow each other around it."
+    if len(corners) == 4 and (turns < 0.0).any():
+        return "One of its corners points inwards: halve it into two triangles, or move its nodes."
+    if all_wrong and (turns > 0.0).all():
+        order = "Nodes behind its corners are the middles of its edges in the same order"
+        return f"{order}, the first between corners 1 and 2."
+    return "Mesh the outline with smaller cells there, or with straight edges."
+
+
+def _require_two_cells(label: str, points: Array, edges: Edges) -> None:
+    if edges.counts.max() > 2:
+        bad = int(np.argmax(edges.counts))
+        i, j = edges.nodes[bad, :2].tolist()
+        text = f"{label}: {int(edges.counts[bad])} cells share the edge between nodes {i} and {j} at {at(points, i)}"
+        raise InputError(f"{text}; two at most may. Delete cells that overlap.")
+    if edges.folded.any():
+        bad = int(np.argmax(edges.folded))
+        (i, j), (a, b) = edges.nodes[bad, :2].tolist(), edges.cells[bad].tolist()
+        text = f"{label}: cells {a} and {b} lie on the same side of the edge between nodes {i} and {j} "
+        raise InputError(f"{text}at {at(points, i)}, so they overlap. Delete one of them.")
+
+
+def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) -> None:
+    inner = edges.cells[edges.counts == 2]
+    n = len(cells)
+    links = coo_array((np.ones(len(inner), dtype=np.int8), (inner[:, 0], inner[:, 1])), shape=(n, n))
+    count, piece = connected_components(links, directed=False)
+    if count > 1:
+        sizes = np.bincount(piece)
+        small = int(np.argmin(sizes))
+        first = int(np.argmax(piece == small))
+        text = f"{label}: the cells form {count} pieces that share no edge; the smallest has {int(sizes[small])} cells"
+        text += f", one of them is cell {first} at {_of_cell(points, cells[first])}"
+        raise InputError(f"{text}. Merge nodes at the same place, mesh the pieces as one, or make one body of each.")
+
+
+def _require_no_hanging_nodes(label: str, points: Array, edges: Edges) -> None:
+    boundary = edges.boundary
+    nodes = np.unique(boundary)
+    a, b = points[boundary[:, 0]], points[boundary[:, 1]]
+    along = b - a
+    length = np.linalg.norm(along, axis=1)
+    pairs = cKDTree(points[nodes]).query_ball_point(0.5 * (a + b), 0.5 * length * (1.0 - ON_EDGE))
+    for e, near in enumerate(pairs):
+        others = np.setdiff1d(nodes[near], boundary[e])
+        if others.size:
+            offset = points[others] - a[e]
+            apart = np.abs(along[e, 0] * offset[:, 1] - along[e, 1] * offset[:, 0]) / length[e]
+            if apart.min() <= ON_EDGE * length[e]:
+                bad, (i, j) = int(others[np.argmin(apart)]), boundary[e, :2].tolist()
+                text = f"{label}: node {bad} at {at(points, bad)} lies on the edge between nodes {i} and {j}, "
+                text += "whose cell does not have it, so the body would gape there"
+                raise InputError(f"{text}. Mesh both sides with the same nodes.")
+
+
+def _require_simple_boundary(label: str, points: Array, edges: Edges) -> None:
+    counts = np.bincount(edges.boundary[:, 0], minlength=len(points))
+    if counts.max() > 1:
+        bad = int(np.argmax(counts))
+        text = f"{label}: the body touches itself at node {bad} at {at(points, bad)} alone, like a hinge"
+        raise InputError(f"{text}. Join the cells there by an edge, or move them apart.")
+
+
+def _whole_numbers(owner: str, field: str, values: Any) -> Indices:
+    try:
+        found = np.array(values)
+        whole = np.array(found, dtype=np.int64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{owner}: {field} must be whole numbers in rows of equal length.") from None
+    if found.size and (found.dtype == bool or not np.issubdtype(found.dtype, np.number) or np.any(whole != found)):
+        raise InputError(f"{owner}: {field} have values of type {found.dtype}; they must be whole numbers.")
+    return whole
+
+
+def _read_only(values: Any) -> Any:
+    values = np.ascontiguousarray(values)
+    values.setflags(write=False)
+    return values
+
+
+def _of_cell(points: Array, nodes: Indices) -> str:
+    x, y = points[nodes].mean(axis=0)
+    return f"({x:g}, {y:g}) m"
+
 
 ON_CIRCLE = 1e-3  # spread of distances from the centre over the radius [1] up to which nodes lie on a circle
 PLACES = 13  # decimal places of centres, counted from the leading digit of the size of the mesh
@@ -158,14 +498,12 @@ class PlaneMesh:
 
     def __repr__(self) -> str:
         parts = [f"{len(self.points)} nodes", f"{len(self.cells)} {self.kind}"]
-        parts += [f"{word} {', '.join(groups)}" for word, groups in self._groups().items() if groups]
+        groups = {"sets": self.sets, "regions": self.regions}
+        parts += [f"{word} {', '.join(names)}" for word, names in groups.items() if names]
         return f"PlaneMesh({', '.join(parts)})"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return PlaneMesh, (self.points, self.cells, self.kind, dict(self.sets), dict(self.regions), self.name)
-
-    def _groups(self) -> dict[str, Mapping[str, Indices]]:
-        return {"sets": self.sets, "regions": self.regions}
 
     def skfem(self) -> Mesh2D:
         """The mesh for scikit-fem, whose numbers of nodes may differ; the cells have the same order."""
@@ -177,12 +515,12 @@ class PlaneMesh:
         """The mesh turned about its origin by `angle` [rad], then moved by `shift` [m]."""
         c, s = math.cos(angle), math.sin(angle)
         points = self.points @ np.array([[c, s], [-s, c]]) + np.asarray(shift, dtype=float)
-        return self._with(points, self.cells, self.kind, self.sets)
+        return replace(self, points=points)
 
     def scaled(self, factor: float) -> PlaneMesh:
         """The mesh with all lengths times `factor`, > 0: 1e-3 for a mesh in millimetres."""
         checks.positive(self.label, "factor", factor)
-        return self._with(self.points * factor, self.cells, self.kind, self.sets)
+        return replace(self, points=self.points * factor)
 
     def to_quadratic(self, rounds: Sequence[str] = ()) -> PlaneMesh:
         """The mesh with a node in the middle of every edge, and in every quadrilateral: tri6 or quad9.
@@ -215,11 +553,7 @@ class PlaneMesh:
                 text = f"{self.label}: no hole at ({x[0]:g}, {x[1]:g}) m for the name {name!r}"
                 raise InputError(f"{text}. Its holes are near: {listed or 'it has none'}.")
             sets[name] = inside[0]
-        return self._with(self.points, self.cells, self.kind, sets)
-
-    def _with(self, points: Array, cells: Indices, kind: str, sets: Mapping[str, Indices]) -> PlaneMesh:
-        """The mesh with other nodes and cells."""
-        return PlaneMesh(points, cells, kind, sets, self.regions, self.name)
+        return replace(self, sets=sets)
 
 
 def _surrounds(points: Array) -> bool:
@@ -246,7 +580,7 @@ def quadratic(mesh: PlaneMesh, rounds: Sequence[str]) -> PlaneMesh:
         points, cells = with_centres(points, cells)
     sets = {name: np.concatenate([nodes, n + own[name]]) for name, nodes in mesh.sets.items()}
     kind = {"tri3": "tri6", "quad4": "quad9"}[mesh.kind]
-    return PlaneMesh(points, cells, kind, sets, mesh.regions, mesh.name)
+    return replace(mesh, points=points, cells=cells, kind=kind, sets=sets)
 
 
 def with_centres(points: Array, cells: Indices) -> tuple[Array, Indices]:

@@ -19,6 +19,7 @@ from flexmb.elastic.planes.elements import (
     GRAVITY_X,
     GRAVITY_Y,
     NODES,
+    PINS,
     TIE,
     arms_of_pin,
     corotated_energy,
@@ -35,11 +36,10 @@ from flexmb.elastic.planes.elements import (
     node_rates,
     on_coordinates,
     on_every_coordinate,
-    pins_of,
     square,
     turned_arms,
 )
-from flexmb.elastic.planes.forms import cell_matrices, stiffness_basis
+from flexmb.elastic.planes.forms import cell_masses, cell_stiffness, stiffness_basis
 from flexmb.elastic.planes.pins import Interface
 from flexmb.engine.compiled.arrays import matrix_view
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
@@ -89,7 +89,7 @@ def node_tangent(p, x, v, a, kq, kv, ka, r, A):
 @fast
 def cell_forces(p, q, v, a, r):
     """Forces r (n,) on the coordinates."""
-    if pins_of(p) == 0:
+    if p[PINS] == 0.0:
         node_forces(p, q, v, a, r)
         return
     arms, x, u, w, f = nodal(), nodal(), nodal(), nodal(), nodal()
@@ -105,7 +105,7 @@ def cell_forces(p, q, v, a, r):
 @fast
 def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
     """Forces r (n,) and A = kq K + kv C + ka M (n, n)."""
-    if pins_of(p) == 0:
+    if p[PINS] == 0.0:
         node_tangent(p, q, v, a, kq, kv, ka, r, A)
         return
     n = 2 * int(p[NODES])
@@ -120,7 +120,7 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
     A[:, :] = 0.0
     on_coordinates(p, arms, f, r)
     matrix_on_coordinates(p, arms, B, A)
-    for pin in range(pins_of(p)):
+    for pin in range(int(p[PINS])):
         add_turning(p, pin, x, v, a, kq, kv, arms, f, A)
 
 
@@ -165,7 +165,7 @@ def node_energies(p, x, v):
 @fast
 def cell_energies(p, q, v):
     """`node_energies` from the coordinates."""
-    if pins_of(p) == 0:
+    if p[PINS] == 0.0:
         return node_energies(p, q, v)
     arms, x, u = nodal(), nodal(), nodal()
     turned_arms(p, q, arms)
@@ -178,7 +178,7 @@ def cell_energies(p, q, v):
 def cell_mass_times(p, q, v, Mv):
     """Mv = M v (n,)."""
     Mv[:] = 0.0
-    if pins_of(p) == 0:
+    if p[PINS] == 0.0:
         add_mass_times(p, v, 0.0, 0.0, Mv)
         return
     arms, u, f = nodal(), nodal(), nodal()
@@ -223,7 +223,6 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return cell_energies(p, q, v)
 
 
-# Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one body, with the numbers of their kernels."""
@@ -237,7 +236,7 @@ class Cells:
     @staticmethod
     def of(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str, formulation: float) -> Cells:
         """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
-        stiffness, masses = cell_matrices(mesh, material, thickness, state)
+        stiffness, masses = cell_stiffness(mesh, material, thickness, state), cell_masses(mesh, material, thickness)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
         gradients = np.stack([np.moveaxis(field.grad, 0, -1) for field, *_ in basis.basis], axis=2)  # (m, q, k, 2)
         if formulation == COROTATED:

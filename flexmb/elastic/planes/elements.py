@@ -34,8 +34,6 @@ import math
 from flexmb.engine.compiled.arrays import stack_vector
 from flexmb.kernels import fast
 
-# Places of the numbers p of a plane cell's kernels, in the order in which they lie
-
 # Head: number of nodes m, number of pins, formulation, damping time [s], gravity [m/s^2]; PLACES begins the places.
 NODES, PINS, FORMULATION, ZETA, GRAVITY_X, GRAVITY_Y, PLACES = range(7)
 COROTATED, TOTAL_LAGRANGE = 0.0, 1.0  # formulations
@@ -157,12 +155,6 @@ def arms_of_pin(p, pin, arms, u):
         own = p[tie + ON_PIN] > 0.0 and int(p[tie + FIRST]) == 3 * pin
         u[2 * k] = arms[2 * k] if own else 0.0
         u[2 * k + 1] = arms[2 * k + 1] if own else 0.0
-
-
-@fast
-def pins_of(p):
-    """Number of pins of a cell."""
-    return int(p[PINS])
 
 
 # Corotated cell: linear elasticity in axes that turn with the mean deformation gradient of the cell

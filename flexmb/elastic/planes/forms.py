@@ -20,7 +20,6 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
 from flexmb.elastic.meshes.mesh import STRESS, Materials, PlaneMesh, Thickness, densities, elasticity, numbers_of_cells
-from flexmb.errors import InputError
 from flexmb.planar import Array
 
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
@@ -65,15 +64,12 @@ def matrices(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: 
         data[:, i, j] = blocks[i, j].data
     n = 2 * len(mesh.points)
     stiffness = bsr_array((data, pattern.indices, pattern.indptr), shape=(n, n)).tocsr()
-    return PlaneMatrices(mesh, csr_array(stiffness), assembled(mesh, _mass(mesh, material, thickness)))
+    return PlaneMatrices(mesh, csr_array(stiffness), assembled(mesh, cell_masses(mesh, material, thickness)))
 
 
-def cell_matrices(
-    mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS
-) -> tuple[Array, Array]:
-    """Stiffness (m, 2k, 2k) [N/m] and mass (m, k, k) [kg] of every cell; parameters as of `matrices`."""
-    same, cross = _stiffness_blocks(mesh, material, thickness, state)
-    return _interleaved(same, cross), _mass(mesh, material, thickness)
+def cell_stiffness(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS) -> Array:
+    """Stiffness (m, 2k, 2k) [N/m] of every cell; parameters as of `matrices`."""
+    return _interleaved(*_stiffness_blocks(mesh, material, thickness, state))
 
 
 def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
@@ -89,9 +85,6 @@ def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) ->
     """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
     # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
-    expected = (*basis.dx.shape, 3)
-    if stress.shape != expected:
-        raise InputError(f"{mesh.label}: stress has shape {stress.shape}; it must be {expected}, cells x points x 3.")
     t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
     quarter = 0.25 * t * (stress[:, :, 0] + stress[:, :, 1])
     none = np.zeros_like(quarter)
@@ -142,8 +135,8 @@ def _stiffness_blocks(
     return same, _local(_CROSSED, basis, symmetric=False, bulk=d12, shear=d33)
 
 
-def _mass(mesh: PlaneMesh, material: Materials, thickness: Thickness) -> Array:
-    """Local mass (m, k, k)."""
+def cell_masses(mesh: PlaneMesh, material: Materials, thickness: Thickness) -> Array:
+    """Mass (m, k, k) [kg] of every cell, for x and for y."""
     weight = densities(mesh, material) * numbers_of_cells(mesh, "thickness", thickness, "m")
     return _local(_PRODUCT, mass_basis(mesh), weight=weight[:, None])
 
@@ -163,7 +156,6 @@ def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
     return csr_array(coo_array((local.ravel(), (rows, columns)), shape=(n, n)).tocsr())
 
 
-# Lowest natural vibrations by Lanczos' method
 def factored(K: Any) -> Any:
     """Factors of a sparse symmetric matrix."""
     return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

@@ -22,8 +22,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from flexmb.elastic.meshes.cell_kinds import edge_rule
-from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, numbers_of_cells
+from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, edge_rule, numbers_of_cells
 from flexmb.elastic.planes.cells import ties_of
 from flexmb.elastic.planes.elements import (
     FIRST,
@@ -120,13 +119,6 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
         raise InputError(f"{text}; it must be a number, or a function of points (p, 2) that returns numbers (p,).")
     at_points = np.broadcast_to(given, (count,)).reshape(edges.places.shape[:2]) * edges.thickness[:, None]
     return np.asarray(np.einsum("bq,kq,lq,q->bkl", at_points, values, slopes, weights))
-
-
-def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: Thickness) -> Array:
-    """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
-    edges = loaded_edges(mesh, name, thickness)
-    products = edge_products(mesh, edges, pressure)
-    return FollowedEdges(edges.nodes, products, np.zeros_like(products)).forces(mesh).ravel()
 
 
 def real_values(given: Any) -> Array:

@@ -23,15 +23,11 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import coo_array, csr_array
 
-from flexmb import checks
-from flexmb.elastic.meshes.cell_kinds import tributary_lengths
-from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh, tributary_lengths
 from flexmb.errors import InputError
 from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Coordinate
 from flexmb.planar import Array, Indices
-
-# Constraint of an averaged pin: it moves with the mean of nodes that stay free to deform (RBE3)
 
 MEAN_X, MEAN_Y, MOMENT, WEIGHTS = range(4)  # parameters p: c, sum w |s|^2 [m^2], then three numbers of every node
 WEIGHT, ARM_X, ARM_Y, PER_NODE = range(4)  # numbers of a node: its weight and s; PER_NODE is their count
@@ -88,9 +84,6 @@ class Interface:
     nodes: Indices  # node numbers of the set
     point: tuple[float, float]  # place of the pin in the axes of the mesh [m]
     kind: str = RIGID  # "rigid" or "averaged"
-
-    def __post_init__(self) -> None:
-        checks.one_of(f"Interface {self.name!r}", "kind", self.kind, (RIGID, AVERAGED))
 
     def arms(self, mesh: PlaneMesh) -> Array:
         """(m, 2) places of the nodes from the pin [m]."""

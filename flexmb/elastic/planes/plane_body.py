@@ -45,7 +45,6 @@ from flexmb.parts.bodies.rigid import held_rotation_kernel, node_mass
 from flexmb.planar import Array
 
 
-# Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
 class MeshBody(ElasticBody):
     """A body that can bear loads on its mesh."""
 

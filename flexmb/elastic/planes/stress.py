@@ -16,8 +16,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csr_array
 from skfem.quadrature import get_quadrature
 
-from flexmb.elastic.meshes.cell_kinds import KINDS
-from flexmb.elastic.meshes.mesh import STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
+from flexmb.elastic.meshes.mesh import KINDS, STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
 from flexmb.elastic.planes.elements import deformation_by, nodal, node_places, turned_arms
 from flexmb.elastic.planes.forms import assembled
 from flexmb.engine.compiled.arrays import stack_space
@@ -27,7 +26,6 @@ from flexmb.model.shape import MeshShape
 from flexmb.planar import Array
 
 
-# Drawing record of a mesh
 def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> MeshShape:
     """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)

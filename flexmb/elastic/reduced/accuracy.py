@@ -27,8 +27,6 @@ from flexmb.planar import Array
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
 
-# Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements
-
 # Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N].
 Load = Callable[[Array], Any] | Array
 SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]
@@ -148,12 +146,7 @@ class Comparison:
 
 
 def accuracy(
-    found: Basis,
-    element: Superelement,
-    *,
-    count: int = 3,
-    held: Sequence[str] | None = None,
-    loads: Mapping[str, Load] | None = None,
+    found: Basis, element: Superelement, count: int, held: Sequence[str] | None, loads: Mapping[str, Load]
 ) -> Accuracy:
     """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
     # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
@@ -171,7 +164,7 @@ def accuracy(
             raise InputError(f"{model.label}: held is empty, and a free body has no statics. Name a pin.")
         fixed = [3 * k + axis for k in places for axis in range(3)]
         holding = ", ".join(given)
-    forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in (loads or {}).items()}
+    forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in loads.items()}
     supported = Comparison(found, element, fixed)
     return Accuracy(
         model.label,

@@ -33,8 +33,6 @@ from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
 from flexmb.planar import Array
 
-# Stiffness and mass of an elastic body by displacements of its pins and of its inside
-
 Sparse: TypeAlias = Any  # sparse matrix of scipy, which has no types
 
 
@@ -120,15 +118,7 @@ class Basis:
         return z
 
 
-def basis(
-    model: ElasticModel,
-    modes: int,
-    up_to: float | None,
-    *,
-    by_pin: bool,
-    inertia: bool = False,
-    loads: Array | None = None,
-) -> Basis:
+def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool, inertia: bool, loads: Array) -> Basis:
     """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held."""
     # With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
     # `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
@@ -138,9 +128,8 @@ def basis(
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
-    forces = np.zeros((K.shape[0], 0)) if loads is None else loads
-    if inertia:
-        forces = np.hstack([_own_inertia(model, solve, inner - modes - forces.shape[1]), forces])
+    own = _own_inertia(model, solve, inner - modes - loads.shape[1]) if inertia else loads[:, :0]
+    forces = np.hstack([own, loads])
     static_shapes = forces.shape[1]
     if modes + static_shapes > inner - inner % 3:
         besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""

@@ -31,8 +31,6 @@ from flexmb.parts.bodies.flexible import Beam, chord_directions, knows_stress, m
 from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.planar import Array
 
-# A beam element as the reduction of its body sees it: displacements of its axis and sides, stiffness, string
-
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
 P2, P3 = PLACES**2, PLACES**3

@@ -38,8 +38,6 @@ from flexmb.model.shape import MeshShape, Shapes
 from flexmb.parts.bodies.flexible import nearest_node
 from flexmb.parts.loads.mesh_loads import MeshLoad
 
-# Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
-
 Value = TypeVar("Value")
 REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies that are kept
 
@@ -232,7 +230,7 @@ class Reduced(MeshBody):
 
         def make() -> Basis:
             loads = [self.model.shape.T @ np.frombuffer(force) for force in forces]
-            columns = np.stack(loads, axis=1) if loads else None
+            columns = np.stack(loads, axis=1) if loads else np.zeros((self.model.shape.shape[1], 0))
             return basis(self.model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
 
         return replace(BASES.of((self._key, self._options), make), model=self.model)
@@ -285,7 +283,7 @@ class Reduced(MeshBody):
         forces: dict[str, Load] = {}
         for name, load in (loads or {}).items():
             forces[name] = load.on(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load
-        return accuracy(self.basis, self.element, count=count, held=held, loads=forces)
+        return accuracy(self.basis, self.element, count, held, forces)
 
     def nodes(self) -> tuple[Node, ...]:
         """Pins, then nodes of vibrations."""
@@ -396,8 +394,7 @@ class Reduced(MeshBody):
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
         """Contributions of a load `name` on the mesh, times the value of `history`."""
-        found, element = self.basis, self.element
-        return load_contributions(name, load, history, self.coordinates, found, element, stiffening=self.stiffening)
+        return load_contributions(self, name, load, history)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on all nodes, and the largest stress."""

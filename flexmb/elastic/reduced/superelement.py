@@ -54,7 +54,6 @@ from flexmb.kernels import element_kernel, fast, signal_kernel
 from flexmb.model.contributions import (
     MULTIPLIES,
     Contribution,
-    Coordinate,
     ElementContribution,
     Node,
     signal_contributions,
@@ -310,12 +309,7 @@ class Superelement:
 
 
 def superelement(
-    found: Basis,
-    damping: float,
-    *,
-    stiffening: bool,
-    ratios: float | tuple[float, ...] = 0.0,
-    mass_damping: float = 0.0,
+    found: Basis, damping: float, *, stiffening: bool, ratios: float | tuple[float, ...], mass_damping: float
 ) -> Superelement:
     """Matrices of a reduced body."""
     # `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are
@@ -434,32 +428,24 @@ def _reduced_stiffness(found: Basis, z: Array, free: Array) -> Array:
     return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))
 
 
-def load_contributions(
-    name: str,
-    load: NodalLoad,
-    history: Motion | None,
-    coordinates: tuple[Coordinate, ...],
-    found: Basis,
-    element: Superelement,
-    *,
-    stiffening: bool,
-) -> list[Contribution]:
-    """Element and signals of a load, times the motion `history`; with `stiffening` its stress stiffens or softens."""
+def load_contributions(body: Reduced, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:
+    """Element and signals of a load, times the motion `history`; with stiffening its stress counts."""
+    found, coordinates = body.basis, body.coordinates
     kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
     turning = _quarter(shapes) - quarter_turned(shapes)  # Phi
     f = load.forces.ravel()
     both = f, _quarter(f) if kind != EDGES else np.zeros_like(f)
-    blocks = [*element.frame_parameters(), *(shapes.T @ g for g in both), *(turning.T @ g for g in both)]
-    if stiffening:
+    blocks = [*body.element.frame_parameters(), *(shapes.T @ g for g in both), *(turning.T @ g for g in both)]
+    if body.stiffening:
         none = np.zeros((found.shapes.shape[1],) * 2)
         blocks += [stiffness_under(found, found.model.shape.T @ g) if g.any() else none for g in both]
     if load.edges:
         moved = load.edges.matrix(len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
     head = [0.0] * HEAD
-    head[COUNT], head[BY_PIN], head[KIND] = float(shapes.shape[1]), float(element.by_pin), kind
-    head[ANGLE], head[STIFFENS] = found.model.direction, float(stiffening)
+    head[COUNT], head[BY_PIN], head[KIND] = float(shapes.shape[1]), float(body.element.by_pin), kind
+    head[ANGLE], head[STIFFENS] = found.model.direction, float(body.stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
     signals = signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES)
     return [ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history), *signals]

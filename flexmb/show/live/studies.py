@@ -15,8 +15,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.design.parameters import Model
-from flexmb.dynamics.exponents.lyapunov import lyapunov
 from flexmb.dynamics.jobs.executors import Outcome
+from flexmb.dynamics.lyapunov import lyapunov
 from flexmb.dynamics.sweeps.bifurcation import bifurcation
 from flexmb.dynamics.sweeps.parameter_sweep import load_sweep
 from flexmb.engine.compiled.digest import digest

@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flexmb.dynamics.series import correlation, exponent
+from flexmb.dynamics.series import embedding as states
+from flexmb.dynamics.series import exponent
 from flexmb.dynamics.series.embedding import embedding
 
 
@@ -22,7 +23,7 @@ def embedded_once():
         return found(np.asarray(signal, dtype=float).tobytes(), tuple(options.items()))
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (correlation, exponent):
+        for module in (states, exponent):
             patch.setattr(module, "embedding", remembered)
         yield
 

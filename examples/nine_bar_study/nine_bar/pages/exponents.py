@@ -22,9 +22,9 @@ from nine_bar_study.nine_bar.signs import EDGES, FAR, FOLLOWED, SETTINGS, ByDist
 from nine_bar_study.run import Results, StudyRun
 from nine_bar_study.samples import SAMPLES, by_period, cloud, growth_rates
 
-from flexmb.dynamics.evidence import SEPARATE
 from flexmb.dynamics.series.exponent import SeriesExponent, kantz, rosenstein
-from flexmb.dynamics.series.zero_one import zero_one_test
+from flexmb.dynamics.series.samples import zero_one_test
+from flexmb.dynamics.verdict import SEPARATE
 
 if TYPE_CHECKING:
     import xarray as xr

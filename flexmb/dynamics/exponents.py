@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb import arguments, display
 from flexmb.display import cut
-from flexmb.dynamics.sections.points import SectionSignals
+from flexmb.dynamics.sections import SectionSignals
 from flexmb.dynamics.verdict import Verdict
 from flexmb.errors import InputError
 from flexmb.fields import field, record_with
