@@ -38,7 +38,7 @@ from flexmb.engine.system.work import (
 from flexmb.kernels import GAP_SIZE, compiled, energy_at
 from flexmb.parts.contact.onset import crossing
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
-from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL, Program
+from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL
 
 # Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step
 
@@ -374,27 +374,15 @@ def check_balance(ledger, balance):
     return RUNNING
 
 
-def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> float:
+def idle_energy(bodies: np.ndarray, groups: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
     """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such."""
-    # Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
-    bodies = np.asarray(program.reference.body)[: len(before)]
+    # (n,) of each coordinate: number of its body, number of its group, 1/2 v M v at the start and at the end.
     old, new = np.bincount(bodies, before), np.bincount(bodies, after)
     if old[np.abs(new - old) <= UNCHANGED * old].sum() <= LEAST_CONTACT_FRACTION * old.sum():
         return 0.0  # it hides nothing
-    E, C, K, n = program.tables.elements, program.tables.constraints, program.tables.contacts, len(before)
-    pieces = (E.dofs, E.dof), (C.dofs, C.dof), (K.dofs, 6 * np.arange(len(K.kernel) + 1))
-    sizes = np.concatenate([np.diff(begins) for _, begins in pieces])
-    dofs, piece = np.concatenate([own for own, _ in pieces]), np.repeat(np.arange(len(sizes)), sizes)
-    body, piece = bodies[dofs[dofs < n]], piece[dofs < n]
-    group, last = np.arange(len(old)), np.zeros(0, int)
-    while not np.array_equal(group, last):  # the lowest body of those that hang together
-        last, low = group.copy(), np.full(len(sizes), len(old))
-        np.minimum.at(low, piece, group[body])
-        np.minimum.at(group, body, low[piece])
-        group = group[group]
-    old, new = np.bincount(group, old), np.bincount(group, new)
+    old, new = np.bincount(groups, before), np.bincount(groups, after)
     kept = (np.abs(new - old) <= UNCHANGED * old) & (old > 0.0)
-    return 0.0 if kept[group[body]].all() else float(old[kept].sum())
+    return 0.0 if kept.all() else float(old[kept].sum())
 
 
 def check_balance_at_end(ledger: np.ndarray, balance: EnergyBalance) -> int:

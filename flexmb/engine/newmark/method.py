@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
@@ -142,7 +143,7 @@ class Newmark(Method):
         """Whether the steps can carry differences, which steps of a derived class can not."""
         return type(self).stepper is Newmark.stepper
 
-    @property
+    @cached_property
     def starting(self) -> Newmark:
         """Coefficients of a starting step.
 
@@ -209,7 +210,7 @@ class Newmark(Method):
         """The compiled loop."""
         return (advance,)
 
-    @property
+    @cached_property
     def coefficients(self) -> Coefficients:
         """The numbers for the compiled loop."""
         return Coefficients(self.alpha_m, self.alpha_f, self.beta, self.gamma)
