@@ -35,7 +35,7 @@ from flexmb.engine.system.work import (
     LOSS_NORMAL,
     MOTION,
 )
-from flexmb.kernels import GAP_SIZE, compiled, energy_at
+from flexmb.kernels import GAP_SIZE, compiled, damping_at, energy_at
 from flexmb.parts.contact.onset import crossing
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
 from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL
@@ -300,31 +300,40 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
         if E.energy[e] < 0:
             continue
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
-        for i in range(dofs.shape[0]):
+        n = dofs.shape[0]
+        for i in range(n):
             k = dofs[i]
             work.ql[i] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
-        along = _damping_power(tables, address, t - 0.5 * h, e, 1.0 / h, 0.0, q0, v0, q1, v1, work)
-        across = _damping_power(tables, address, t - 0.5 * h, e, 1.0 / h, 0.5, q0, v0, q1, v1, work)
-        own = along
-        if across > LEAST_RATE_POWER * along:
-            own = _damping_power(tables, address, t - 0.5 * h, e, 0.0, -0.5, q0, v0, q1, v1, work)
+            work.vl[i] = 0.5 * (v0[k] + v1[k])
+            work.yl[i] = (q1[k] - q0[k]) / h - work.vl[i]
+        if E.damping[e] >= 0:
+            p, q = part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), part_of(work.ql, 0, n)
+            v, b = part_of(work.vl, 0, n), part_of(work.yl, 0, n)
+            own, more = damping_at(address.damping, E.damping[e])(p, t - 0.5 * h, q, v, b)
+        else:
+            own, more = _powers_by_energies(tables, address, t - 0.5 * h, e, n, work)
         took += own
-        beyond += 0.5 * (along - own - across)
+        beyond += more
     return h * took, h * beyond
 
 
 @compiled
-def _damping_power(tables, address, t, e, path_rate, mean_rate, q0, v0, q1, v1, work):
-    """Damping power of element e at work.ql with the rates path_rate (q1 - q0) - mean_rate (v0 + v1) [W]."""
-    E = tables.elements
-    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
-    n = dofs.shape[0]
+def _powers_by_energies(tables, address, t, e, n, work):
+    """v.D v and v.D b of element e at work.ql, by three powers; v in work.vl, b in work.yl [W]."""
+    across = _damping_power(tables, address, t, e, n, work.yl, work)
     for i in range(n):
-        k = dofs[i]
-        work.vl[i] = path_rate * (q1[k] - q0[k]) - mean_rate * (v0[k] + v1[k])
-    _, _, power = energy_at(address.energy, E.energy[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
-    )
+        work.yl[i] += work.vl[i]
+    along = _damping_power(tables, address, t, e, n, work.yl, work)
+    own = _damping_power(tables, address, t, e, n, work.vl, work) if across > LEAST_RATE_POWER * along else along
+    return own, 0.5 * (along - own - across)
+
+
+@compiled
+def _damping_power(tables, address, t, e, n, v, work):
+    """Damping power of element e at work.ql with velocities v [W]."""
+    E = tables.elements
+    p = part_of(tables.p, E.p[e, BEGIN], E.p[e, END])
+    _, _, power = energy_at(address.energy, E.energy[e])(p, t, part_of(work.ql, 0, n), part_of(v, 0, n))
     return power
 
 

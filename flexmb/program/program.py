@@ -55,6 +55,7 @@ class Elements(Record):
     force: Integers  # (n,)
     tangent: Integers  # (n,)
     account: Integers  # (n,)
+    damping: Integers  # (n,)
     p: IntegerTable  # (n, 2)
     factor_p: IntegerTable  # (n, 2)
     z: IntegerTable  # (n, 2)
@@ -204,6 +205,7 @@ class Addresses(Record):
     force: Integers
     tangent: Integers
     account: Integers
+    damping: Integers
     control: Integers
 
 

@@ -39,7 +39,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexmb import checks
-from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.kernels import (
+    account_kernel,
+    damping_kernel,
+    element_kernel,
+    energy_kernel,
+    fast,
+    force_kernel,
+    tangent_kernel,
+)
 
 # Circular arcs between two points, as the unstressed shape of beams and of their elements
 
@@ -444,6 +452,18 @@ def beam_energy(p, t, q, v):
     i, c, s, _, _, _ = u
     _, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
     return energies(p, q, u, longer, d1, d2)
+
+
+@damping_kernel
+def beam_damping(p, t, q, v, w):
+    """Powers of damping with the velocities v, and of v and w."""
+    i, c, s, _, u1, u2 = deformation(p, q)
+    g1, g2 = bowing(p, u1, u2)
+    _, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
+    _, more, w1, w2 = rates(i, w, to_chord(c, s, w))
+    N = p[AXIAL] * (longer + g1 * d1 + g2 * d2)
+    m1, m2 = p[B11] * d1 + p[B12] * d2 + N * g1, p[B12] * d1 + p[B22] * d2 + N * g2
+    return p[ZETA] * (N * longer + m1 * d1 + m2 * d2), p[ZETA] * (N * more + m1 * w1 + m2 * w2)
 
 
 @account_kernel

@@ -16,6 +16,7 @@ from flexmb.kernels import (
     account_kernel,
     compiled,
     constraint_kernel,
+    damping_kernel,
     element_kernel,
     energy_kernel,
     force_kernel,
@@ -85,6 +86,12 @@ def node_mass_energy(p, t, q, v):
     return 0.0, node_weight(p, q), 0.0
 
 
+@damping_kernel
+def undamped(p, t, q, v, w):
+    """No power."""
+    return 0.0, 0.0
+
+
 @account_kernel
 def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
@@ -110,6 +117,7 @@ def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point)
         force=node_mass_force,
         tangent=node_mass_tangent,
         account=node_mass_account,
+        damping=undamped,
         diagonal=True,
     )
 
@@ -189,6 +197,7 @@ def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> E
         energy=mean_mass_energy,
         force=mean_mass_force,
         account=mean_mass_account,
+        damping=undamped,
     )
 
 
