@@ -158,10 +158,12 @@ def complete_algorithm_work(n, flow, trial, work):
     # with the residual res of the Newmark relation (`find_newmark_residual`). The evaluation has the first term. The
     # second is small; M (v1 - v0) is taken as the change of M v.
     # Equation (7.2) of docs/theory/energy.md.
+    total = work.power.algorithm
     for i in range(n):
         bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
-        work.power.algorithm += bow * (work.momentum[i] - flow.momentum[i])
+        total += bow * (work.momentum[i] - flow.momentum[i])
         flow.momentum[i] = work.momentum[i]
+    work.power.algorithm = total
 
 
 def start_balance(ledger: np.ndarray, balance: EnergyBalance) -> None:
@@ -295,7 +297,7 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
     balance.damping_power = now
     if h == 0.0 or (before == 0.0 and now == 0.0):
         return 0.0, 0.0
-    E, took, beyond = tables.elements, 0.0, 0.0
+    E, took, beyond, rate = tables.elements, 0.0, 0.0, 1.0 / h
     for e in range(E.p.shape[0]):
         if E.energy[e] < 0:
             continue
@@ -305,7 +307,7 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
             k = dofs[i]
             work.ql[i] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
             work.vl[i] = 0.5 * (v0[k] + v1[k])
-            work.yl[i] = (q1[k] - q0[k]) / h - work.vl[i]
+            work.yl[i] = rate * (q1[k] - q0[k]) - work.vl[i]
         if E.damping[e] >= 0:
             p, q = part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), part_of(work.ql, 0, n)
             v, b = part_of(work.vl, 0, n), part_of(work.yl, 0, n)
