@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 import tempfile
-from collections.abc import Mapping
+import zlib
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,7 +19,6 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import unwritable
 from flexmb.errors import InputError
-from flexmb.late import meshio
 
 if TYPE_CHECKING:
     from flexmb.results.solution import Solution
@@ -30,6 +32,7 @@ UNITS = {
 }  # fmt: skip
 TRACES = "traces.vtu"  # file of the paths of markers, beside the frames
 CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}  # kinds of cells, as in meshio
+NUMBERS = {"vertex": 1, "line": 3, "triangle": 5, "quad": 9, "triangle6": 22, "quad9": 28}  # of kinds of cells in VTK
 # Kinds of cells by number; kinds that a user's own parts bring follow after these.
 KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal", "mesh")
 STRESSES = ("stress_x", "stress_y", "stress_xy")  # stresses of meshes in world axes
@@ -39,7 +42,7 @@ class Piece(NamedTuple):
     """A drawn thing at n instants."""
 
     points: np.ndarray  # (n, m, 2) its points [m]
-    cell: str  # kind of its cells as meshio names it
+    cell: str  # kind of its cells, of `NUMBERS`
     cells: np.ndarray  # (k, j) numbers of the points of each cell
     part: str  # name of its part
     kind: str  # and of its own kind
@@ -103,8 +106,8 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
     return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
 
 
-def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tuple[tuple[str, ...], list[meshio.Mesh]]:
-    """Names of the kinds by their numbers, and the meshes of all frames."""
+def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tuple[tuple[str, ...], list[str]]:
+    """Names of the kinds by their numbers, and the texts of all frames."""
     from flexmb.results import drawing
     from flexmb.results.positions import magnified, with_values
 
@@ -114,13 +117,14 @@ def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tup
     number = {name: k for k, name in enumerate(drawing.parts(sol))}
     first = np.cumsum([0, *(piece.points.shape[1] for piece in pieces)])
     cells: list[tuple[str, np.ndarray]] = []
-    labels: dict[str, list[np.ndarray]] = {"part": [], "kind": []}
+    owners: list[np.ndarray] = []
+    own_kinds: list[np.ndarray] = []
     for cell, group in groupby(zip(pieces, first, strict=False), lambda pair: pair[0].cell):
         own = list(group)
         counts = [len(piece.cells) for piece, _ in own]
         cells.append((cell, np.concatenate([piece.cells + at for piece, at in own])))
-        labels["part"].append(np.repeat([number[piece.part] for piece, _ in own], counts))
-        labels["kind"].append(np.repeat([kinds.index(piece.kind) for piece, _ in own], counts))
+        owners.append(np.repeat([number[piece.part] for piece, _ in own], counts))
+        own_kinds.append(np.repeat([kinds.index(piece.kind) for piece, _ in own], counts))
     names = [*FIELDS, "normal_force", *((*STRESSES, "von_mises") if any(p.kind == "mesh" for p in pieces) else ())]
     zeros = [np.zeros(piece.points.shape[:2]) for piece in pieces]
     points = _places(pieces)
@@ -129,9 +133,44 @@ def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tup
     for name in names:
         columns = [piece.data.get(name, none) for piece, none in zip(pieces, zeros, strict=True)]
         data[name] = np.concatenate(columns, axis=1)
+    labels = {"part": np.concatenate(owners), "kind": np.concatenate(own_kinds)}
+    shared = _cells(cells) + _arrays("CellData", labels)
     frames = ({name: values[k] for name, values in data.items()} for k in range(len(points)))
-    meshes = [meshio.Mesh(now, cells, now_data, labels) for now, now_data in zip(points, frames, strict=True)]
-    return kinds, meshes
+    return kinds, [_grid(now, shared, len(labels["part"]), own) for now, own in zip(points, frames, strict=True)]
+
+
+# Files of unstructured grids (.vtu): arrays in one block each, compressed by zlib, base64
+
+
+def _arrays(kind: str, given: Mapping[str, np.ndarray]) -> str:
+    """An element of XML with arrays by name."""
+    texts = []
+    for name, values in given.items():
+        whole = values.dtype.kind != "f"
+        raw = np.ascontiguousarray(values, dtype=np.int64 if whole else np.float64).tobytes()
+        packed = zlib.compress(raw)
+        head = np.array([1, len(raw), len(raw), len(packed)], dtype=np.uint32).tobytes()  # one block, its sizes
+        width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+        begin = f'<DataArray type="{"Int64" if whole else "Float64"}" Name={quoteattr(name)}{width} format="binary">'
+        texts.append(f"{begin}{b64encode(head).decode()}{b64encode(packed).decode()}</DataArray>")
+    return f"<{kind}>{''.join(texts)}</{kind}>"
+
+
+def _cells(cells: Sequence[tuple[str, np.ndarray]]) -> str:
+    """The element of cells, given by kind and the numbers of their points."""
+    sizes = np.repeat([own.shape[1] for _, own in cells], [len(own) for _, own in cells])
+    numbers = np.repeat([NUMBERS[kind] for kind, _ in cells], [len(own) for _, own in cells])
+    points = np.concatenate([own.ravel() for _, own in cells])
+    return _arrays("Cells", {"connectivity": points, "offsets": np.cumsum(sizes), "types": numbers})
+
+
+def _grid(points: np.ndarray, cells: str, count: int, data: Mapping[str, np.ndarray]) -> str:
+    """Text of a file: places of its points, text of its `count` cells, data of its points."""
+    order = f"{sys.byteorder.capitalize()}Endian"
+    head = f'<VTKFile type="UnstructuredGrid" version="0.1" byte_order="{order}" compressor="vtkZLibDataCompressor">'
+    piece = f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{count}">{_arrays("Points", {"Points": points})}'
+    end = "</Piece></UnstructuredGrid></VTKFile>\n"
+    return f'<?xml version="1.0"?>\n{head}<UnstructuredGrid>{piece}{cells}{_arrays("PointData", data)}{end}'
 
 
 def _pieces(sol: Solution, points_per_element: int) -> list[Piece]:
@@ -163,7 +202,7 @@ def _places(pieces: list[Piece]) -> np.ndarray:
     return np.pad(np.concatenate([piece.points for piece in pieces], axis=1), ((0, 0), (0, 0), (0, 1)))
 
 
-def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], times: np.ndarray, target: Path) -> Path:
+def _write(sol: Solution, meshes: list[str], kinds: tuple[str, ...], times: np.ndarray, target: Path) -> Path:
     """Write all files into a folder of their own first, so that a full disk leaves the old frames whole."""
     from flexmb.results.drawing import parts
 
@@ -173,14 +212,14 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
     names = [f"{target.stem}_{k:0{digits}d}.vtu" for k in range(len(times))]
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as scratch:
         for name, mesh in zip(names, meshes, strict=True):
-            meshio.write(Path(scratch) / name, mesh)
+            (Path(scratch) / name).write_text(mesh, encoding="utf-8")
         words = ("parts", parts(sol)), ("kinds", kinds)
         numbered = {word: {str(k): one for k, one in enumerate(own)} for word, own in words}
         legend = {**numbered, "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
         traced = _trace_mesh(sol)
         if traced is not None:
-            meshio.write(Path(scratch) / TRACES, traced)
+            (Path(scratch) / TRACES).write_text(traced, encoding="utf-8")
         collection = Path(scratch) / target.name
         text = _collection(folder.name, names, times, TRACES if traced is not None else None)
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
@@ -193,8 +232,8 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
     return target
 
 
-def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
-    """Paths of all markers with a trace over the saved instants; None without such markers."""
+def _trace_mesh(sol: Solution) -> str | None:
+    """Text of the paths of all markers with a trace over the saved instants; None without such markers."""
     from flexmb.results.drawing import traces
 
     paths = list(traces(sol).values())
@@ -204,7 +243,7 @@ def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
     points = np.concatenate([np.column_stack([path, np.zeros(n)]) for path in paths])
     steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
     data = {"time": np.tile(sol.time, len(paths))}
-    return meshio.Mesh(points, [("line", steps)], point_data=data)
+    return _grid(points, _cells([("line", steps)]), len(steps), data)
 
 
 def _collection(folder: str, names: list[str], times: np.ndarray, traced: str | None) -> str:
