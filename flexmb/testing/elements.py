@@ -74,7 +74,7 @@ def check_other_kernels(
     sizes |= {"Mv": float((np.abs(out["M"]) @ np.abs(state["v"])).max()), "My": float(np.abs(out["M"]).sum())}
     tangent = (contribution.tangent, weights, {"A": (*n, *n)}, {**expected, "A": matrix})
     account_of = (contribution.account, {"y": y}, {"Mv": n, "My": n}, account)
-    damping = (contribution.damping, {"w": y}, {}, powers)
+    damping: Any = (contribution.damping, {"w": y}, {}, powers)
     kernels: Any = ((contribution.force, {}, {}, expected), tangent, account_of, damping)
     for kernel, inputs, results, values in kernels:
         if kernel is not None:
