@@ -80,6 +80,11 @@ class ElementContribution:
     diagonal: bool = False  # whether K, C and M have a diagonal alone
 
     @property
+    def short_ways(self) -> tuple[Kernel | None, ...]:
+        """The kernels at less cost."""
+        return self.force, self.tangent, self.account, self.damping
+
+    @property
     def is_complete(self) -> bool:
         """Whether the element has all three kernels at less cost."""
         return self.force is not None and self.tangent is not None and self.account is not None

@@ -349,13 +349,11 @@ class Program:
         words = (*self.names.coordinates, *self.names.rows, *self.names.contacts, *(k.identity for k in kernels))
         arrays = self.tables.p, self.reference.q, self.reference.z
         numbers = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)
-        wiring = _WIRINGS.get(self.symbolic)
+        wiring = None if self.samplers else _WIRINGS.get(self.symbolic)
         if wiring is None:
             records = {name: own.as_dict() for name, own in self.tables.as_dict().items() if isinstance(own, Record)}
             places = {name: {k: v for k, v in own.items() if not k.startswith("pos")} for name, own in records.items()}
-            wiring = digest((places, self.samplers, [k.content for k in kernels])).encode()
-            if not self.samplers:
-                _WIRINGS[self.symbolic] = wiring
+            wiring = _WIRINGS[self.symbolic] = digest((places, self.samplers, [k.content for k in kernels])).encode()
         digests = [blake2b(data, digest_size=8).digest() for data in ("\n".join(words).encode(), numbers, wiring)]
         return np.frombuffer(b"".join(digests), dtype=np.uint8).reshape(3, 8)
 
