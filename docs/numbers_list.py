@@ -543,6 +543,9 @@ def _left_out() -> dict[str, str]:
         engine.energy.GAUSS_POINT
         statics.start.consistent.WHOLE_TURN
         dynamics.verdict.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN
+        elastic.beams.corotational.A1 elastic.beams.corotational.A2 elastic.beams.corotational.A3 elastic.beams.corotational.A4
+        elastic.beams.corotational.A5 elastic.beams.corotational.A6 elastic.beams.corotational.A7 elastic.beams.corotational.A8
+        elastic.beams.corotational.A9 elastic.beams.corotational.A10 elastic.beams.corotational.FOLDED
         elastic.beams.corotational.REST elastic.beams.fem.BOW engine.step.acceptance.PAST_OF_QUADRATIC
     printed with the theory, and only a remark: parts.contact.validity.LOVE parts.contact.validity.YIELD_OF_POINT
         parts.contact.validity.YIELD_OF_LINE

@@ -12,6 +12,7 @@ energy         p, t, q, v                                                  strai
 force          p, t, h, q, v, a, z, r, z_new                               written to r, z_new
 tangent        p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new                written to r, A, z_new
 account        p, t, h, q, v, a, y, z, r, Mv, My, z_new                    strain, gravity, damping power
+damping        p, t, q, v, w                                               v.D v, v.D w, powers of dampers D
 constraint     p, t, q, v, lam, g, G, g_t, gamma, H                        written to g, G, g_t, gamma, H
 gap            p, q, v, out                                                written to out (`GAP_SIZE`)
 normal         p, h, gap, gap_rate, z, z_new                               N, dN_dgap, dN_drate
@@ -33,7 +34,8 @@ H = d(G^T lam)/dq.
 
 force, tangent and account kernels give the results of element and energy kernels at less cost, for elements whose speed
 counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
-any y.  An element without them is called through its element and energy kernels.
+any y; damping kernels give powers for any velocities w.  An element without them is called through its element and
+energy kernels.
 
 least : a value that is not above it may be given as 0, or any other that is not above it; < 0: the value is wanted.
 
@@ -76,8 +78,8 @@ from flexmb.engine.differences import BY_CONTRACT, with_differences
 from flexmb.errors import KernelError
 
 __all__ = [
-    "account_kernel", "constraint_kernel", "control_kernel", "drive_kernel", "element_kernel", "energy_kernel",
-    "force_kernel", "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
+    "account_kernel", "constraint_kernel", "control_kernel", "damping_kernel", "drive_kernel", "element_kernel",
+    "energy_kernel", "force_kernel", "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
 ]  # fmt: skip
 
 
@@ -148,6 +150,7 @@ TANGENT = _contract(
     *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V),
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
+DAMPING = _contract("damping", "p t q v w", types.UniTuple(_F, 2), _P, _F, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 EXTREMUM = _contract("extremum", "p t q v a least", types.UniTuple(_F, 2), _P, _F, _V, _V, _V, _F)
 CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
@@ -380,6 +383,7 @@ extremum_kernel = _decorator(EXTREMUM)
 force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
+damping_kernel = _decorator(DAMPING)
 control_kernel = _decorator(CONTROL)
 
 
@@ -425,6 +429,7 @@ extremum_at = _caller(EXTREMUM)
 force_at = _caller(FORCE)
 tangent_at = _caller(TANGENT)
 account_at = _caller(ACCOUNT)
+damping_at = _caller(DAMPING)
 control_at = _caller(CONTROL)
 rates_at = _caller(RATES)
 height_at = _caller(HEIGHT)

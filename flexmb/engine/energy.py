@@ -35,10 +35,10 @@ from flexmb.engine.system.work import (
     LOSS_NORMAL,
     MOTION,
 )
-from flexmb.kernels import GAP_SIZE, compiled, energy_at
+from flexmb.kernels import GAP_SIZE, compiled, damping_at, energy_at
 from flexmb.parts.contact.onset import crossing
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
-from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL, Program
+from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL
 
 # Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step
 
@@ -159,10 +159,12 @@ def complete_algorithm_work(n, flow, trial, work):
     # with the residual res of the Newmark relation (`find_newmark_residual`). The evaluation has the first term. The
     # second is small; M (v1 - v0) is taken as the change of M v.
     # Equation (7.2) of docs/theory/energy.md.
+    total = work.power.algorithm
     for i in range(n):
         bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
-        work.power.algorithm += bow * (work.momentum[i] - flow.momentum[i])
+        total += bow * (work.momentum[i] - flow.momentum[i])
         flow.momentum[i] = work.momentum[i]
+    work.power.algorithm = total
 
 
 def start_balance(ledger: np.ndarray, balance: EnergyBalance) -> None:
@@ -296,36 +298,45 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
     balance.damping_power = now
     if h == 0.0 or (before == 0.0 and now == 0.0):
         return 0.0, 0.0
-    E, took, beyond = tables.elements, 0.0, 0.0
+    E, took, beyond, rate = tables.elements, 0.0, 0.0, 1.0 / h
     for e in range(E.p.shape[0]):
         if E.energy[e] < 0:
             continue
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
-        for i in range(dofs.shape[0]):
+        n = dofs.shape[0]
+        for i in range(n):
             k = dofs[i]
             work.ql[i] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
-        along = _damping_power(tables, address, t - 0.5 * h, e, 1.0 / h, 0.0, q0, v0, q1, v1, work)
-        across = _damping_power(tables, address, t - 0.5 * h, e, 1.0 / h, 0.5, q0, v0, q1, v1, work)
-        own = along
-        if across > LEAST_RATE_POWER * along:
-            own = _damping_power(tables, address, t - 0.5 * h, e, 0.0, -0.5, q0, v0, q1, v1, work)
+            work.vl[i] = 0.5 * (v0[k] + v1[k])
+            work.yl[i] = rate * (q1[k] - q0[k]) - work.vl[i]
+        if E.damping[e] >= 0:
+            p, q = part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), part_of(work.ql, 0, n)
+            v, b = part_of(work.vl, 0, n), part_of(work.yl, 0, n)
+            own, more = damping_at(address.damping, E.damping[e])(p, t - 0.5 * h, q, v, b)
+        else:
+            own, more = _powers_by_energies(tables, address, t - 0.5 * h, e, n, work)
         took += own
-        beyond += 0.5 * (along - own - across)
+        beyond += more
     return h * took, h * beyond
 
 
 @compiled
-def _damping_power(tables, address, t, e, path_rate, mean_rate, q0, v0, q1, v1, work):
-    """Damping power of element e at work.ql with the rates path_rate (q1 - q0) - mean_rate (v0 + v1) [W]."""
-    E = tables.elements
-    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
-    n = dofs.shape[0]
+def _powers_by_energies(tables, address, t, e, n, work):
+    """v.D v and v.D b of element e at work.ql, by three powers; v in work.vl, b in work.yl [W]."""
+    across = _damping_power(tables, address, t, e, n, work.yl, work)
     for i in range(n):
-        k = dofs[i]
-        work.vl[i] = path_rate * (q1[k] - q0[k]) - mean_rate * (v0[k] + v1[k])
-    _, _, power = energy_at(address.energy, E.energy[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
-    )
+        work.yl[i] += work.vl[i]
+    along = _damping_power(tables, address, t, e, n, work.yl, work)
+    own = _damping_power(tables, address, t, e, n, work.vl, work) if across > LEAST_RATE_POWER * along else along
+    return own, 0.5 * (along - own - across)
+
+
+@compiled
+def _damping_power(tables, address, t, e, n, v, work):
+    """Damping power of element e at work.ql with velocities v [W]."""
+    E = tables.elements
+    p = part_of(tables.p, E.p[e, BEGIN], E.p[e, END])
+    _, _, power = energy_at(address.energy, E.energy[e])(p, t, part_of(work.ql, 0, n), part_of(v, 0, n))
     return power
 
 
@@ -376,27 +387,15 @@ def check_balance(ledger, balance):
     return RUNNING
 
 
-def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> float:
+def idle_energy(bodies: np.ndarray, groups: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
     """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such."""
-    # Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
-    bodies = np.asarray(program.reference.body)[: len(before)]
+    # (n,) of each coordinate: number of its body, number of its group, 1/2 v M v at the start and at the end.
     old, new = np.bincount(bodies, before), np.bincount(bodies, after)
     if old[np.abs(new - old) <= UNCHANGED * old].sum() <= LEAST_CONTACT_FRACTION * old.sum():
         return 0.0  # it hides nothing
-    E, C, K, n = program.tables.elements, program.tables.constraints, program.tables.contacts, len(before)
-    pieces = (E.dofs, E.dof), (C.dofs, C.dof), (K.dofs, 6 * np.arange(len(K.kernel) + 1))
-    sizes = np.concatenate([np.diff(begins) for _, begins in pieces])
-    dofs, piece = np.concatenate([own for own, _ in pieces]), np.repeat(np.arange(len(sizes)), sizes)
-    body, piece = bodies[dofs[dofs < n]], piece[dofs < n]
-    group, last = np.arange(len(old)), np.zeros(0, int)
-    while not np.array_equal(group, last):  # the lowest body of those that hang together
-        last, low = group.copy(), np.full(len(sizes), len(old))
-        np.minimum.at(low, piece, group[body])
-        np.minimum.at(group, body, low[piece])
-        group = group[group]
-    old, new = np.bincount(group, old), np.bincount(group, new)
+    old, new = np.bincount(groups, before), np.bincount(groups, after)
     kept = (np.abs(new - old) <= UNCHANGED * old) & (old > 0.0)
-    return 0.0 if kept[group[body]].all() else float(old[kept].sum())
+    return 0.0 if kept.all() else float(old[kept].sum())
 
 
 def check_balance_at_end(ledger: np.ndarray, balance: EnergyBalance) -> int:

@@ -218,7 +218,7 @@ def kernels_of(contribution: Contribution) -> list[Kernel]:
         return []
     kernels = [contribution.kernel]
     if isinstance(contribution, ElementContribution):
-        more = (contribution.energy, contribution.force, contribution.tangent, contribution.account)
+        more = (contribution.energy, *contribution.short_ways)
         kernels += [kernel for kernel in more if kernel is not None]
     motions = getattr(contribution, "motions", ())
     friction = getattr(contribution, "joint_friction", None)

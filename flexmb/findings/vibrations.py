@@ -297,8 +297,8 @@ def _rows(program: Program, times: np.ndarray, kept: np.ndarray) -> tuple[np.nda
     wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
     found = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
     found = np.minimum(np.maximum(found, found[0] + later), len(kept) - 1)
-    rows = np.unique(found)
-    return kept[rows], np.isin(rows, found[0])
+    rows, first = sorted({*found.ravel().tolist()}), {*found[0].tolist()}
+    return kept[rows], np.array([row in first for row in rows])
 
 
 def _of_kind(each: np.ndarray, elastic: np.ndarray) -> np.ndarray:

@@ -62,8 +62,8 @@ def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coor
 class ElementContribution:
     """An element: force, inertia or both on some coordinates; `energy` is the kernel of its energies, or None."""
 
-    # The kernels `force`, `tangent` and `account` give the same results at less cost (see `flexmb.kernels`); each may
-    # be None. The work of an element without `energy` counts as that of a load; it has no `account`.
+    # The kernels `force`, `tangent`, `account` and `damping` give the same results at less cost (see `flexmb.kernels`);
+    # each may be None. The work of an element without `energy` counts as that of a load; it has none of the last two.
     # The value of `factor` at the present time multiplies all results of the kernel: a load that changes in time. Such
     # a force has no potential, hence no `energy`; its work counts as that of a load.
     part: str
@@ -76,7 +76,13 @@ class ElementContribution:
     force: Kernel | None = None
     tangent: Kernel | None = None
     account: Kernel | None = None
+    damping: Kernel | None = None
     diagonal: bool = False  # whether K, C and M have a diagonal alone
+
+    @property
+    def short_ways(self) -> tuple[Kernel | None, ...]:
+        """The kernels at less cost."""
+        return self.force, self.tangent, self.account, self.damping
 
     @property
     def is_complete(self) -> bool:
@@ -84,10 +90,11 @@ class ElementContribution:
         return self.force is not None and self.tangent is not None and self.account is not None
 
     def __post_init__(self) -> None:
-        if self.account is not None and self.energy is None:
+        if (self.account or self.damping) is not None and self.energy is None:
+            kind = "an account" if self.account else "a damping"
             raise KernelError(
-                f"Part {self.part!r}: kernel {self.kernel.name!r} has an account kernel and no energy kernel. Give it "
-                "the energy kernel, too; or leave the account kernel out: the work is counted as that of a load."
+                f"Part {self.part!r}: kernel {self.kernel.name!r} has {kind} kernel and no energy kernel. Give it "
+                "the energy kernel, too; or leave this kernel out: the work is counted as that of a load."
             )
         if self.factor is not None and self.energy is not None:
             raise KernelError(
@@ -104,13 +111,14 @@ class ElementKernels(NamedTuple):
     force: Kernel
     tangent: Kernel | None
     account: Kernel
+    damping: Kernel | None = None
 
     def contribution(
         self, part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, diagonal: bool = False
     ) -> ElementContribution:
         """The element of a part."""
-        kernels = {"energy": self.energy, "force": self.force, "tangent": self.tangent, "account": self.account}
-        return ElementContribution(part, self.element, coordinates, p, diagonal=diagonal, **kernels)  # type: ignore[arg-type]
+        kernels: dict[str, Any] = {name: kernel for name, kernel in self._asdict().items() if name != "element"}
+        return ElementContribution(part, self.element, coordinates, p, diagonal=diagonal, **kernels)
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,8 @@ from flexmb.program.structure import flat, numbers, structure_of
 # Check of kernels: one call of each in plain Python, with errors that name part and kernel
 
 # Numbers that a kernel returns, by contract; others write to arrays.
-RETURNED = {"energy": 3, "account": 3, "normal": 3, "friction": 3, "motion": 3, "signal": 1, "extremum": 2}
+RETURNED = dict.fromkeys(("energy", "account", "normal", "friction", "motion"), 3)
+RETURNED |= {"damping": 2, "signal": 1, "extremum": 2}
 
 
 def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
@@ -70,7 +71,7 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
     """The first elements of each set of kernels and number of parameters."""
     found: dict[tuple[Any, ...], ElementContribution] = {}
     for e in elements:
-        kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.factor and e.factor.kernel
+        kernels = e.kernel, e.energy, *e.short_ways, e.factor and e.factor.kernel
         lengths = len(e.p), e.factor and len(e.factor.parameters())
         found.setdefault((*map(id, kernels), *lengths), e)
     return list(found.values())
@@ -89,8 +90,9 @@ def _kernels_of(contribution: Any) -> list[KernelCall]:
         found = [(contribution.kernel, contribution.p, contribution.history, "element")]
         if contribution.energy is not None:
             found.append((contribution.energy, contribution.p, (), "element"))
-        short = (contribution.force, contribution.tangent, contribution.account)
-        found += [(kernel, contribution.p, contribution.history, "element") for kernel in short if kernel is not None]
+        found += [
+            (kernel, contribution.p, contribution.history, "element") for kernel in contribution.short_ways if kernel
+        ]
         return found if contribution.factor is None else [*found, _law(contribution.factor)]
     if isinstance(contribution, ConstraintContribution):
         motions = [_law(row.motion) for row in contribution.motions]
@@ -120,7 +122,7 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
     numbers = {"t": 0.0, "h": h, "least": -1.0, "kq": 1.0, "kv": 1.0, "ka": 1.0}
     numbers |= {"gap": -1e-6, "gap_rate": -1e-3, "slip": -1e-6, "N": 1e-3}
     given = {"q": pose, "z": history, "z_new": history}
-    sizes: dict[str, Any] = dict.fromkeys(("v", "a", "y", "r", "Mv", "My"), n) | dict.fromkeys("KCMAH", (n, n))
+    sizes: dict[str, Any] = dict.fromkeys(("v", "w", "a", "y", "r", "Mv", "My"), n) | dict.fromkeys("KCMAH", (n, n))
     sizes |= dict.fromkeys(("lam", "g", "g_t", "gamma"), m)
     sizes |= {"G": (m, n), "out": GAP_SIZE if name == "gap" else JOINT_FRICTION_SIZE}
     return [

@@ -15,6 +15,7 @@ from functools import cached_property, lru_cache
 from hashlib import blake2b
 from heapq import merge
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -54,6 +55,7 @@ class Elements(Record):
     force: Integers  # (n,)
     tangent: Integers  # (n,)
     account: Integers  # (n,)
+    damping: Integers  # (n,)
     p: IntegerTable  # (n, 2)
     factor_p: IntegerTable  # (n, 2)
     z: IntegerTable  # (n, 2)
@@ -203,6 +205,7 @@ class Addresses(Record):
     force: Integers
     tangent: Integers
     account: Integers
+    damping: Integers
     control: Integers
 
 
@@ -346,9 +349,11 @@ class Program:
         words = (*self.names.coordinates, *self.names.rows, *self.names.contacts, *(k.identity for k in kernels))
         arrays = self.tables.p, self.reference.q, self.reference.z
         numbers = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)
-        records = {name: table.as_dict() for name, table in self.tables.as_dict().items() if isinstance(table, Record)}
-        places = {name: {k: v for k, v in own.items() if not k.startswith("pos")} for name, own in records.items()}
-        wiring = digest((places, self.samplers, [k.content for k in kernels])).encode()
+        wiring = None if self.samplers else _WIRINGS.get(self.symbolic)
+        if wiring is None:
+            records = {name: own.as_dict() for name, own in self.tables.as_dict().items() if isinstance(own, Record)}
+            places = {name: {k: v for k, v in own.items() if not k.startswith("pos")} for name, own in records.items()}
+            wiring = _WIRINGS[self.symbolic] = digest((places, self.samplers, [k.content for k in kernels])).encode()
         digests = [blake2b(data, digest_size=8).digest() for data in ("\n".join(words).encode(), numbers, wiring)]
         return np.frombuffer(b"".join(digests), dtype=np.uint8).reshape(3, 8)
 
@@ -394,6 +399,10 @@ class Program:
         self.__dict__.update(state)
         freeze(self.tables)
         self.__post_init__()
+
+
+# Digests of the wiring by the pattern, which programs of one structure share; those of sampled controls are not kept.
+_WIRINGS: WeakKeyDictionary[Symbolic, bytes] = WeakKeyDictionary()
 
 
 @lru_cache(maxsize=64)

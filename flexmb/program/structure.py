@@ -248,6 +248,7 @@ class Packer:
             self.numbered("force", [e.force for e in found]),
             self.numbered("tangent", [e.tangent for e in found]),
             self.numbered("account", [e.account for e in found]),
+            self.numbered("damping", [e.damping for e in found]),
             self.p["element"],
             self.p["factor"],
             self.z["element"],

@@ -90,18 +90,18 @@ WARNING_FRACTION = 0.2  # part of the limits of the balance of energies, above w
 
 def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunRecord) -> str:
     """The status of a run that ended with `code`."""
+    t, template = f"t = {flow.clock.t:.6g} s", SENTENCES.get(code, "Not finished, at {t}.")
+    if code == ends.DONE:
+        warned = balance_warnings(flow.ledger, flow.balance)
+        return template.format(t=t) + held_rows_sentence(program, trial, record) + warned
     names = (*program.names.coordinates, *program.names.rows)
-    template = SENTENCES.get(code, "Not finished, at {t}.")
     cause, remedy = rejected_sentence(program, flow, trial, record)
-    text = template.format(
-        t=f"t = {flow.clock.t:.6g} s", h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s", cause=cause,
+    return template.format(
+        t=t, h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s", cause=cause,
         remedy=remedy, lost=names[int(record.count.lost_pivot)], last=record.report.correction,
         wanted=record.report.tolerance, finer=finer_steps(trial.control.rtol),
         worst=_last_correction(program, flow, trial), **energy_texts(flow.ledger, flow.balance),
     )  # fmt: skip
-    if code != ends.DONE:
-        return text
-    return text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
 
 
 def finer_steps(rtol: float) -> str:
@@ -159,21 +159,25 @@ def energy_texts(ledger: np.ndarray, balance: EnergyBalance) -> dict[str, str]:
 def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
     """Warning of a poor balance of energies; "" for a good one."""
     scale, found = energy.energy_scale(ledger, balance), ""
-    through, named = balance.through_contacts + energy.LEAST_CONTACT_FRACTION * scale, energy_texts(ledger, balance)
-    supplied = min(scale, energy.energy_supplied(ledger, balance))
-    if abs(ledger[energy.RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * supplied:
+    through = balance.through_contacts + energy.LEAST_CONTACT_FRACTION * scale
+    supplied = energy.energy_supplied(ledger, balance)
+    if abs(ledger[energy.RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * min(scale, supplied):
         found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
     if abs(ledger[energy.ALGORITHM]) > WARNING_FRACTION * energy.ALGORITHM_LIMIT * scale:
         found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
-    elif abs(ledger[energy.ALGORITHM]) > energy.ALGORITHM_LIMIT * energy.energy_supplied(ledger, balance):
+    elif abs(ledger[energy.ALGORITHM]) > energy.ALGORITHM_LIMIT * supplied:
         found += " But the steps {verb} {taken} where {put_in} were put in: {remedy}."
     elif abs(balance.lost_in_contacts) > WARNING_FRACTION * energy.CONTACT_LIMIT * through:
         found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
     if ledger[energy.CONTACT] < -WARNING_FRACTION * energy.CONTACT_LIMIT * through:
         made = -ledger[energy.CONTACT]
         found += f" But the laws of contact made {made:.3g} J of {{through}} that went through contacts."
+    if not found:
+        return ""
     verbs = ["took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts)]
-    return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
+    return found.format(
+        **energy_texts(ledger, balance), verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes"
+    )
 
 
 def _last_correction(program: Program, flow: Flow, trial: Trial) -> str:

@@ -342,7 +342,8 @@ class Run:
         else:
             self._advance_to(end, interval, bar)
         if self.code == DONE and not self.note and ends:
-            flow.balance.idle = idle_energy(self.program, begun, 0.5 * flow.v[:n] * flow.momentum[:n])
+            owners = self.program.reference.body[:n], self.trial.groups[:n]
+            flow.balance.idle = idle_energy(*owners, begun, 0.5 * flow.v[:n] * flow.momentum[:n])
             size = max(self.program.length, 1.0)
             if COORDINATE_ROUND_OFF * np.abs(flow.q[:n]).max(initial=0.0) > LARGEST_ROUND_OFF * size:
                 flow.balance.round_off = 0.0  # a state without digits excuses no residual

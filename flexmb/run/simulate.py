@@ -40,6 +40,7 @@ Step = FixedStep | Adaptive | float
 LEAST_NORM = "least-norm"
 REDUNDANT = ("refuse", LEAST_NORM)  # what to do with joints that repeat one another
 SHORTEST_RUN = 1e-100  # shortest run [s]
+DEFAULT = Newmark.generalised_alpha()
 
 
 @arguments.checked
@@ -224,7 +225,7 @@ def prepared(
     label: str, mechanism: Mechanism, method: Method | None, step: Any, redundant: str
 ) -> tuple[Method, FixedStep | Adaptive, Program, Program]:
     """Method and step of the arguments of a run, checked, and the program of the mechanism, with that of its start."""
-    method = Newmark.generalised_alpha() if method is None else method
+    method = DEFAULT if method is None else method
     if not isinstance(method, Method):
         known = "Newmark(...), RadauIIA(), DormandPrince(), RungeKutta4() or a method of your own"
         known += " (flexmb/engine/step/method.py)"

@@ -83,6 +83,7 @@ RESULTS = {  # names of returned numbers by contract; other kernels write to arr
     "energy": ("strain", "gravity", "damping"), "account": ("strain", "gravity", "damping"),
     "normal": ("N", "dN_dgap", "dN_drate"), "friction": ("T", "dT_dslip", "dT_dN"),
     "motion": ("s", "s_dot", "s_ddot"), "signal": ("value",), "extremum": ("value", "place"),
+    "damping": ("power", "mixed_power"),
 }  # fmt: skip
 
 SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry

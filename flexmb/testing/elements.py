@@ -55,21 +55,27 @@ def check_zeros(bench: Bench, tested: TestedKernel, name: str, zeros: np.ndarray
 def check_other_kernels(
     bench: Bench, contribution: ElementContribution, tested: TestedKernel, state: State, out: Values
 ) -> None:
-    """Compare force, tangent and energy-evaluation kernel with the element and energy kernels."""
+    """Compare force, tangent, energy-evaluation and damping kernel with the element and energy kernels."""
     n, history = tested.shapes["r"], {"z_new": tested.shapes["z_new"]}
     weights = dict(zip(("kq", "kv", "ka"), bench.random.uniform(0.5, 2.0, 3).tolist(), strict=True))
     y = bench.random.uniform(-1.0, 1.0, n)
     matrix = sum(weight * out[name] for weight, name in zip(weights.values(), "KCM", strict=True))
     expected: dict[str, Any] = {"r": out["r"], "z_new": out["z_new"]}
     account = {**expected, "Mv": out["M"] @ state["v"], "My": out["M"] @ y}
-    if contribution.account is not None and contribution.energy is not None:
+    powers: dict[str, Any] = {}
+    if contribution.energy is not None:
         energy = TestedKernel(bench.owner, contribution.energy, contribution.p)
-        account |= energy({name: state[name] for name in ("t", "q", "v")})
+        given = {name: state[name] for name in ("t", "q")}
+        account |= energy({**given, "v": state["v"]})
+        more, less = (energy({**given, "v": state["v"] + w})["damping"] for w in (y, -y))
+        powers = {"power": account["damping"], "mixed_power": 0.25 * (more - less)}
     sizes = round_off_sizes(tested, state, out)
+    sizes |= dict.fromkeys(powers, float(np.abs(out["C"]).sum()) * (1.0 + float(np.abs(state["v"]).max())) ** 2)
     sizes |= {"Mv": float((np.abs(out["M"]) @ np.abs(state["v"])).max()), "My": float(np.abs(out["M"]).sum())}
     tangent = (contribution.tangent, weights, {"A": (*n, *n)}, {**expected, "A": matrix})
     account_of = (contribution.account, {"y": y}, {"Mv": n, "My": n}, account)
-    kernels: Any = ((contribution.force, {}, {}, expected), tangent, account_of)
+    damping: Any = (contribution.damping, {"w": y}, {}, powers)
+    kernels: Any = ((contribution.force, {}, {}, expected), tangent, account_of, damping)
     for kernel, inputs, results, values in kernels:
         if kernel is not None:
             other = TestedKernel(bench.owner, kernel, contribution.p, r=n, **results, **history)

@@ -1,12 +1,13 @@
 """Rotations against the chord after many turns, held against the same pose with whole turns taken away exactly."""
 
+import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.elastic.beams.corotational import beam_energy, beam_force, beam_kernel
+from flexmb.elastic.beams.corotational import beam_energy, beam_force, beam_kernel, direction
 
 TURN = 2 * Fraction("3.14159265358979323846264338327950288419716939937510582097")  # 2 pi to 56 digits
 STEEL = fm.Material(young=2.0e11, density=7850.0)
@@ -71,3 +72,12 @@ def test_what_is_not_a_number_stays_visible():
             beam_kernel.dispatcher(p, 0.0, 0.0, *states, r, K, C, M, np.zeros(0))
             assert not np.all(np.isfinite(r))
     assert not np.all(np.isfinite(force(p, np.zeros(6))))  # an element without length
+
+
+def test_directions_of_chords_are_those_of_the_library_of_mathematics():
+    for angle in np.linspace(-3.1415, 3.1415, 2003).tolist():
+        for length in (1e-9, 0.3, 1e7):
+            x, y = length * math.cos(angle), length * math.sin(angle)
+            assert abs(direction(y, x) - math.atan2(y, x)) <= 7e-16
+    assert [direction(y, x) for x, y in ((1.0, 0.0), (0.0, 2.0), (0.0, -2.0))] == [0.0, 0.5 * math.pi, -0.5 * math.pi]
+    assert abs(direction(0.0, -1.0)) == math.pi

@@ -93,6 +93,11 @@ def half_energy(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.25 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.0
 
 
+@fm.kernels.damping_kernel
+def lossy(p, t, q, v, w):
+    return 0.0, p[0] * v[0] * w[0]
+
+
 @dataclass(frozen=True)
 class Coil(fm.Element):
     """A torsion spring of a user, with both short ways that a class may name."""
@@ -122,6 +127,7 @@ class Altered(Coil):
             "unweighted": {"tangent": unweighted},
             "with_mass": {"energy": coil_energy, "account": with_mass},
             "half_energy": {"energy": coil_energy, "account": half_energy},
+            "lossy": {"energy": coil_energy, "damping": lossy},
         }[self.which]
         return [replace(contribution, **change) for contribution in super().contributions(mechanism)]
 
@@ -145,6 +151,7 @@ def test_a_users_short_ways_pass_and_are_named_in_the_report():
         ("unweighted", r"A\[0, 0\]"),
         ("with_mass", r"My\[0\]"),
         ("half_energy", "strain"),
+        ("lossy", "mixed_power"),
     ],
 )
 def test_a_short_way_that_says_something_else_is_found(which, place):
@@ -158,9 +165,10 @@ def test_a_kernel_of_the_wrong_contract_is_refused_when_the_class_is_made():
         type("Wrong", (Coil,), {"force_kernel": coil_kernel})
 
 
-def test_an_account_without_energies_is_refused():
-    with pytest.raises(KernelError, match=r"has an account kernel and no energy kernel.*Give it the energy kernel"):
-        ElementContribution("s", coil_kernel, (("arm", "", 2), ("crank", "", 2)), (1.0,), (0.0,), account=with_mass)
+@pytest.mark.parametrize(("given", "kind"), [({"account": with_mass}, "an account"), ({"damping": lossy}, "a damping")])
+def test_an_account_and_a_damping_without_energies_are_refused(given, kind):
+    with pytest.raises(KernelError, match=rf"has {kind} kernel and no energy kernel.*Give it the energy kernel"):
+        ElementContribution("s", coil_kernel, (("arm", "", 2), ("crank", "", 2)), (1.0,), (0.0,), **given)
 
 
 def zoo():

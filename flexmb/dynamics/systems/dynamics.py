@@ -181,7 +181,7 @@ class Dynamics(ABC):
 
     @abstractmethod
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        """Advance by a duration [unit]; returns whether the end was reached, and if not, `status` says why.
+        """Advance by a duration [unit]; whether the end was reached. If not, `status` has the reason.
 
         Parameters
         ----------

@@ -36,7 +36,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexmb import checks
-from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.kernels import (
+    account_kernel,
+    damping_kernel,
+    element_kernel,
+    energy_kernel,
+    fast,
+    force_kernel,
+    tangent_kernel,
+)
 
 # Circular arcs between two points, as the unstressed shape of beams and of their elements
 
@@ -109,12 +117,37 @@ def turned_back(theta, angle):
     return u
 
 
+# arctan r = r + r (A1 z + A2 z^2 + ...), z = r^2, for r up to FOLDED = tan(pi/8), within 1e-16 of it (Chebyshev points)
+FOLDED = 0.41421356237309503
+A1, A2, A3, A4 = -0.3333333333332844, 0.19999999998854384, -0.1428571418090295, 0.1111110617713739
+A5, A6, A7 = -0.09090772993270721, 0.07689952309911112, -0.0664022342032706
+A8, A9, A10 = 0.05688293562313399, -0.043478902221454854, 0.02113338077579371
+
+
+@fast
+def direction(y, x):
+    """Angle of the vector (x, y) in [-pi, pi] within 5e-16, in half of the time of `math.atan2`."""
+    aside, ahead = abs(y), abs(x)
+    low, high = min(aside, ahead), max(aside, ahead)
+    folded = low > FOLDED * high  # arctan r = pi/4 + arctan((r - 1)/(r + 1))
+    r = (low - high if folded else low) / (low + high if folded else high)
+    z = r * r
+    z2 = z * z
+    first, second = (A1 + A2 * z) + (A3 + A4 * z) * z2, (A5 + A6 * z) + (A7 + A8 * z) * z2
+    z4 = z2 * z2
+    angle = r + r * (z * (first + second * z4 + (A9 + A10 * z) * (z4 * z4)))
+    angle = angle + 0.25 * math.pi if folded else angle
+    angle = 0.5 * math.pi - angle if aside > ahead else angle
+    angle = math.pi - angle if x < 0.0 else angle
+    return -angle if y < 0.0 else angle
+
+
 @fast
 def deformation(p, q):
     """Chord (1/l, cos, sin), elongation e and rotations u1, u2 against the chord."""
     dx, dy = q[3] - q[0], q[4] - q[1]
     l = math.sqrt(dx * dx + dy * dy)
-    i, alpha = 1.0 / l, math.atan2(dy, dx)
+    i, alpha = 1.0 / l, direction(dy, dx)
     u1, u2 = turned_back(q[2], alpha - p[OFFSET1]), turned_back(q[5], alpha - p[OFFSET2])
     bow = p[BOW11] * u1 * u1 - p[BOW12] * u1 * u2 + p[BOW22] * u2 * u2
     e = l - p[FREE_LENGTH] + p[LENGTH] / 30.0 * bow
@@ -441,6 +474,18 @@ def beam_energy(p, t, q, v):
     i, c, s, _, _, _ = u
     _, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
     return energies(p, q, u, longer, d1, d2)
+
+
+@damping_kernel
+def beam_damping(p, t, q, v, w):
+    """Powers of damping with the velocities v, and of v and w."""
+    i, c, s, _, u1, u2 = deformation(p, q)
+    g1, g2 = bowing(p, u1, u2)
+    _, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
+    _, more, w1, w2 = rates(i, w, to_chord(c, s, w))
+    N = p[AXIAL] * (longer + g1 * d1 + g2 * d2)
+    m1, m2 = p[B11] * d1 + p[B12] * d2 + N * g1, p[B12] * d1 + p[B22] * d2 + N * g2
+    return p[ZETA] * (N * longer + m1 * d1 + m2 * d2), p[ZETA] * (N * more + m1 * w1 + m2 * w2)
 
 
 @account_kernel

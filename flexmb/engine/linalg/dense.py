@@ -146,7 +146,7 @@ def scales(size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 # Functions for matrices that are plain arrays in small models and sparse in large ones
 
-DENSE_UNKNOWNS = 120  # unknowns up to which plain arrays are used
+DENSE_UNKNOWNS = 240  # unknowns up to which plain arrays are used; at 270 sparse ones are as fast
 
 
 def plain(A: Any) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
@@ -123,7 +124,7 @@ class Newmark(Method):
         """Whether the steps can carry differences, which steps of a derived class can not."""
         return type(self).stepper is Newmark.stepper
 
-    @property
+    @cached_property
     def starting(self) -> Newmark:
         """Coefficients of a starting step.
 
@@ -185,7 +186,7 @@ class Newmark(Method):
         alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
 
-    @property
+    @cached_property
     def coefficients(self) -> Coefficients:
         """The numbers for the compiled loop."""
         return Coefficients(self.alpha_m, self.alpha_f, self.beta, self.gamma)

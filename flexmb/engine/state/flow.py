@@ -213,9 +213,10 @@ def new_trial(
     # `left_out` : numbers of constraint equations that every factorisation holds.
     given, key = StepControl(*control), ("trial", redundant, len(left_out))
     new = new_from_template(program, key, lambda: _zero_trial(program, redundant, given, len(left_out)), control=given)
-    unknowns = program.n_q + np.array(left_out, dtype=np.int64)
-    new.left_out[:] = np.argsort(program.symbolic.order)[unknowns]
-    new.left_out_pivots[:] = program.symbolic.positions(unknowns, unknowns)
+    if left_out:
+        unknowns = program.n_q + np.array(left_out, dtype=np.int64)
+        new.left_out[:] = np.argsort(program.symbolic.order)[unknowns]
+        new.left_out_pivots[:] = program.symbolic.positions(unknowns, unknowns)
     return new
 
 

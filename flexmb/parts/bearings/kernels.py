@@ -247,7 +247,7 @@ JOURNAL_FILM = ElementKernels(*OF_JOURNAL)
 def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
     """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
     # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
-    fields = zip(ElementKernels._fields, OF_JOURNAL, strict=True)
+    fields = zip(ElementKernels._fields[: len(OF_JOURNAL)], OF_JOURNAL, strict=True)
     return ElementKernels(*(rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields))
 
 

@@ -21,6 +21,7 @@ from flexmb.elastic.beams.corotational import (
     OFFSET1,
     OFFSET2,
     beam_account,
+    beam_damping,
     beam_energy,
     beam_force,
     beam_kernel,
@@ -340,7 +341,7 @@ def beam_pieces(
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
             element = ElementContribution(
                 part, beam_kernel, (*first, *second), p,
-                energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account,
+                energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account, damping=beam_damping,
             )  # fmt: skip
             contributions.append(element)
     return contributions

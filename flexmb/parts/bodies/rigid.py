@@ -17,6 +17,7 @@ from flexmb.kernels import (
     account_kernel,
     compiled,
     constraint_kernel,
+    damping_kernel,
     element_kernel,
     energy_kernel,
     force_kernel,
@@ -85,6 +86,12 @@ def node_mass_energy(p, t, q, v):
     return 0.0, node_weight(p, q), 0.0
 
 
+@damping_kernel
+def undamped(p, t, q, v, w):
+    """No power."""
+    return 0.0, 0.0
+
+
 @account_kernel
 def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
@@ -96,7 +103,9 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, node_weight(p, q), 0.0
 
 
-NODE_MASS = ElementKernels(node_mass_kernel, node_mass_energy, node_mass_force, node_mass_tangent, node_mass_account)
+NODE_MASS = ElementKernels(
+    node_mass_kernel, node_mass_energy, node_mass_force, node_mass_tangent, node_mass_account, undamped
+)
 
 
 def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point) -> ElementContribution:
@@ -170,7 +179,7 @@ def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, mean_weight(p, q), 0.0
 
 
-MEAN_MASS = ElementKernels(mean_mass_kernel, mean_mass_energy, mean_mass_force, None, mean_mass_account)
+MEAN_MASS = ElementKernels(mean_mass_kernel, mean_mass_energy, mean_mass_force, None, mean_mass_account, undamped)
 
 
 def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> ElementContribution:

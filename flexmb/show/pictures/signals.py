@@ -27,7 +27,6 @@ from flexmb.show.pictures.style import (
     panels_of,
     prefixed,
 )
-from flexmb.statics.modes import modes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -406,6 +405,7 @@ def plot_campbell(
 def _frequencies(mechanism: Mechanism, speed: float, count: int, about: tuple[float, float]) -> np.ndarray:
     """Lowest frequencies of elastic motions [Hz]; NaN where there are fewer."""
     from flexmb.statics.equilibrium import static_equilibrium
+    from flexmb.statics.modes import modes
 
     state = static_equilibrium(mechanism, spin=speed, about=about)
     found = modes(mechanism, count=2 * count, at=state)
