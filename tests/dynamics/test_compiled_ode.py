@@ -273,6 +273,16 @@ def test_parameters_that_are_no_numbers_are_for_python():
     assert ode.state() == pytest.approx(np.exp(-1.0) * np.array([1.0, 2.0]), rel=1e-8)
 
 
+def test_functions_that_return_whole_numbers_beside_floats_are_for_python():
+    @numba.njit
+    def mixed(t, x):
+        return 1, -x[1]
+
+    ode = fm.chaos.ODE(mixed, [0.0, 1.0])
+    assert ode.advance(1.0)
+    assert ode.state() == pytest.approx([1.0, math.exp(-1.0)], rel=1e-8)
+
+
 def test_exponents_use_the_same_functions():
     found = fm.lyapunov(fm.chaos.StroboscopicMap(stopped(0.5)), skip=20, periods=60, confirm=False)
     assert found.ok, found.status

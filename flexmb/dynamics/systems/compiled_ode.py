@@ -21,6 +21,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from flexmb.dynamics.sections import CLOSE, HALVINGS, ROUNDS
 from flexmb.dynamics.systems.impact_ode import PILE
 from flexmb.engine.compiled.records import Matrix, Record, Vector
+from flexmb.errors import KernelError
 from flexmb.kernels import HEIGHT, RATES, Kernel, address_table, compiled, copy, height_at, rates_at
 from flexmb.late import scipy
 
@@ -320,7 +321,7 @@ class CompiledMotion:
     def __init__(self, function: Any, gap: Any = None, jump: Any = None) -> None:
         self.functions = (function,) if gap is None else (function, gap, jump)
         self.last, self.before = -math.inf, np.zeros(0)  # instant of the last impact [s], and the state before it
-        self.usable = False  # whether all parameters are numbers
+        self.usable, self._compiles = False, True  # whether all parameters are numbers, and the functions kernels
         self._numbers = list[list[float]]()
         self._kernels = list[Kernel]()
         self._record: Motion | None = None
@@ -338,7 +339,22 @@ class CompiledMotion:
         """Take the parameters of the functions."""
         found = [parameters_of(function, parameters) for function in self.functions]
         self._numbers = [numbers for numbers in found if numbers is not None]
-        self.usable = len(self._numbers) == len(found)
+        self.usable = self._compiles and len(self._numbers) == len(found) and self._has_kernels()
+
+    def _has_kernels(self) -> bool:
+        """Whether the functions are kernels, which are compiled by the first call: not if they return mixed tuples."""
+        lengths = [len(numbers) for numbers in self._numbers]
+        if not self._kernels:
+            begins = np.cumsum([0, *lengths]).tolist()
+            spans = zip(self.functions, begins, lengths, strict=False)
+            made = [kernel_of(f, begin, begin + n, is_height=k == 1) for k, (f, begin, n) in enumerate(spans)]
+            try:
+                self._tables = address_table(made[::2]), address_table(made[1:2])
+            except KernelError:
+                self._compiles = False
+                return False
+            self._kernels = made  # whose code lives as long as they do
+        return True
 
     def run(
         self, ode: ODE, limit: float, *, single: bool = False, section: tuple[int, float, int] = (-1, 0.0, 1)
@@ -358,19 +374,14 @@ class CompiledMotion:
         return code == CROSSED
 
     def _begin(self, ode: ODE) -> Motion:
-        """Workspace and kernels, made at the first use."""
-        lengths = [len(numbers) for numbers in self._numbers]
-        if not self._kernels:
-            for k, function in enumerate(self.functions):
-                begin = sum(lengths[:k])
-                self._kernels.append(kernel_of(function, begin, begin + lengths[k], is_height=k == 1))
-            self._tables = address_table(self._kernels[::2]), address_table(self._kernels[1:2])
+        """Workspace, made at the first use."""
+        self._has_kernels()
         method, n = scipy.integrate.DOP853, ode.size
         self._record = Motion(
             *(0.0,) * 8,
             signal=-1,
             has_wall=len(self.functions) > 1,
-            p=sum(lengths),
+            p=sum(map(len, self._numbers)),
             **dict.fromkeys(("x", "y", "z", "before"), n),
             K=(STAGES + 1, n),
             weights=np.vstack([method.A, method.B]),
