@@ -127,12 +127,12 @@ engine.step.contact_events.NEAR_GAP | 1 | size of the mechanism | gap up to whic
 engine.step.contact_events.LOOKS | 1 | a step | places at which a step is looked at | 0.5 2
 engine.step.contact_events.UNEXPECTED_GAP | 1 | gap at an end | difference from the cubic that is too large
 statics.start.consistent.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
-engine.step.method.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
-engine.step.method.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
-engine.step.method.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
-engine.step.method.FIRST_STEP | 1 | largest step | first step of a run
-engine.step.method.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
-engine.step.method.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
+engine.step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
+engine.step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
+engine.step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
+engine.step.step_size.FIRST_STEP | 1 | largest step | first step of a run
+engine.step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
+engine.step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
 statics.start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed
 statics.start.assemble.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
 statics.start.assemble.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
@@ -538,7 +538,7 @@ elastic.reduced.accuracy.SHIFT | 1 | lowest reduced frequency squared | shift of
 def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
-    the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.method.RTOL
+    the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.step_size.RTOL
     a factor of a formula: dynamics.report.HALF dynamics.exponents.LATE parts.contact.friction.PASSIVE
         engine.energy.GAUSS_POINT
         statics.start.consistent.WHOLE_TURN

@@ -38,10 +38,10 @@ from flexmb.elastic.reduced.reduced import Reduced as Reduced
 from flexmb.engine.dormand_prince.method import DormandPrince as DormandPrince
 from flexmb.engine.newmark.method import Newmark as Newmark
 from flexmb.engine.radau.method import RadauIIA as RadauIIA
-from flexmb.engine.step.method import Adaptive as Adaptive
-from flexmb.engine.step.method import FixedStep as FixedStep
 from flexmb.engine.step.method import Method as Method
 from flexmb.engine.step.runge_kutta import RungeKutta4 as RungeKutta4
+from flexmb.engine.step.step_size import Adaptive as Adaptive
+from flexmb.engine.step.step_size import FixedStep as FixedStep
 from flexmb.findings.check import check as check
 from flexmb.kernels import control_kernel as control_kernel
 from flexmb.kernels import drive_kernel as drive_kernel

@@ -10,7 +10,7 @@ from nine_bar_study.drawing import Observable, Quantity
 
 from flexmb import checks
 from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.step.method import RTOL, Adaptive, FixedStep
+from flexmb.engine.step.step_size import RTOL, Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
 
 MODELS = ("ideal", "rigid", "flexible")

@@ -15,8 +15,8 @@ from flexmb import checks
 from flexmb.dynamics.jobs.files import unwritable
 from flexmb.engine.dormand_prince.method import DormandPrince
 from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.step.method import Adaptive, FixedStep
 from flexmb.engine.step.runge_kutta import RungeKutta4
+from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.errors import FlexmbError, InputError, MissingPackageError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND

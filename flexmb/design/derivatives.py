@@ -16,7 +16,8 @@ from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.linearise import Tangents
 from flexmb.engine.sensitivity.parameter_run import Directions, ParameterRun
 from flexmb.engine.state.record import DONE
-from flexmb.engine.step.method import Adaptive, Method
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record_with
 from flexmb.late import xr

@@ -13,7 +13,8 @@ from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives, signals_along
 from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, bounds_of, box_points
 from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.step.method import Adaptive, Method
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
 from flexmb.fields import field, record_with
 from flexmb.late import scipy, xr

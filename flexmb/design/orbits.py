@@ -26,7 +26,7 @@ from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.sensitivity.parameters import parameter_rates
 from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.sensitivity.tangent_step import pack_differences, synchronise
-from flexmb.engine.step.method import FixedStep
+from flexmb.engine.step.step_size import FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record_with

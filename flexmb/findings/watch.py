@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.engine.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL, kept_poses
-from flexmb.engine.step.method import Adaptive, FixedStep
+from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
 from flexmb.findings.dimensions import implausible_findings
@@ -38,14 +38,17 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
-            if isinstance(value, Law) and _is_tried(type(value)):
+            kind: Any = type(value)
+            if _is_tried(kind):
                 findings += _remembered(part.name, value)
     return findings
 
 
 @cache
-def _is_tried(kind: type[Law]) -> bool:
-    """Whether laws and motions of a class are not flexmb's own, or have findings on their numbers."""
+def _is_tried(kind: type) -> bool:
+    """Whether a class is one of laws and motions that are not flexmb's own, or that have findings on their numbers."""
+    if not issubclass(kind, Law):
+        return False
     ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
     return not ours or kind.findings is not Law.findings
 

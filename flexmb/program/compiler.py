@@ -71,7 +71,7 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
     """The first elements of each set of kernels and number of parameters."""
     found: dict[tuple[Any, ...], ElementContribution] = {}
     for e in elements:
-        kernels = e.kernel, e.energy, *e.short_ways, e.factor and e.factor.kernel
+        kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.damping, e.factor and e.factor.kernel
         lengths = len(e.p), e.factor and len(e.factor.parameters())
         found.setdefault((*map(id, kernels), *lengths), e)
     return list(found.values())

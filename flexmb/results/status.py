@@ -10,7 +10,7 @@ from flexmb.engine.state import record as ends
 from flexmb.engine.state.flow import EnergyBalance, Flow, Trial
 from flexmb.engine.state.record import RunRecord
 from flexmb.engine.step.contact_events import IMPACT_STEP
-from flexmb.engine.step.method import RTOL
+from flexmb.engine.step.step_size import RTOL
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
 from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, Program

@@ -25,7 +25,8 @@ from flexmb.engine.newmark.predictor import FARTHEST_LEAP
 from flexmb.engine.state.flow import new_flow, new_trial, rigid_coordinates
 from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
 from flexmb.engine.step.contact_events import close_round_off_gaps, running_episodes, start_episodes, take_episodes
-from flexmb.engine.step.method import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, FixedStep, Method
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError

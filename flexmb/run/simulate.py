@@ -18,7 +18,8 @@ from flexmb.engine.compiled.notice import notice
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.state.record import DONE
 from flexmb.engine.step.contact_events import LASTING_PHASE
-from flexmb.engine.step.method import Adaptive, FixedStep, Method
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.findings import watch

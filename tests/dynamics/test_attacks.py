@@ -77,7 +77,7 @@ def test_what_contacts_only_note_is_known():
     assert (strobe.records == flow.records).all()
     flow.advance(0.02)
     kept, other = flow.snapshot(), flow.copy()
-    here = kept.arrays
+    here = kept[0]
     flow.advance(0.004)
     for z in flow.records - 2 * n:
         other.run.flow.z[z] += 1.0 if z > 1 else 1e-5

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import gamma
 
 import flexmb as fm
-from flexmb.engine.step.method import IMPACT_STEPS
+from flexmb.engine.step.step_size import IMPACT_STEPS
 
 MASS, SPEED, PLAY = 0.5, 1.5, 1e-3
 

@@ -47,7 +47,7 @@ def motion(program):
     import numpy as np
 
     from flexmb.engine.newmark.method import Newmark
-    from flexmb.engine.step.method import FixedStep
+    from flexmb.engine.step.step_size import FixedStep
     from flexmb.run.run import Run
     from flexmb.statics.start.consistent import Start, accelerations
 

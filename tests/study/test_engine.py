@@ -25,7 +25,7 @@ from nine_bar_study.study import Study, runs_of, shown_numbers, studies, study_o
 from study_runs import figure, page, ramp
 
 from flexmb.dynamics.jobs.progress import clock
-from flexmb.engine.step.method import Adaptive
+from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexmb.engine.step.method import RTOL
+from flexmb.engine.step.step_size import RTOL
 
 UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
 # Arguments of the function of a command: (options); (mechanism, name, options); (source, maker options, options).

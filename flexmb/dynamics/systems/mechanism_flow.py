@@ -18,7 +18,7 @@ from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.tangent_step import CarryingRun
 from flexmb.engine.state.record import DONE, RUNNING
 from flexmb.engine.step.contact_events import running_episodes
-from flexmb.engine.step.method import Adaptive, FixedStep
+from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism

@@ -27,7 +27,8 @@ the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho'
 so that r holds every rigid motion, and the sums of forces and moments are the rates of the momenta of r.
 Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures, vol. 1, Wiley 1991, chapter 7
 (corotational beam with averaged shallow-arch strain); the inertia terms are derived here from T.
-Equations (2.1) to (2.11) and (2.16) to (2.18) of docs/theory/beam.md; (3.1) to (3.7) of docs/theory/inertia.md.
+Equations (2.1) to (2.5), (2.6) to (2.11), (2.16), (2.17) and (2.18) of docs/theory/beam.md.
+Equations (3.1) to (3.7) of docs/theory/inertia.md.
 """
 
 import math

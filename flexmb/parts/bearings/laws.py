@@ -16,7 +16,7 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, between, field, number, one_of, positive, record, several, two
-from flexmb.model.part import Joint
+from flexmb.model.part import Part
 from flexmb.parts.bearings import film
 from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
 
@@ -251,7 +251,7 @@ class FiniteBearing(Film):
 
 
 @record
-class Oiled(Joint):
+class Oiled(Part):
     """Base of joints with clearance, a film of oil, and rough surfaces that touch through it."""
 
     _: KW_ONLY

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from flexmb.errors import InputError
 from flexmb.fields import field, number, positive, record, several, two, variant
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import drive_kernel
+from flexmb.late import scipy
 from flexmb.model.law import CHORD, CHORDS_OF_A_SINE, Motion, swing_of
 
 
@@ -381,12 +381,12 @@ class Table(Points):
             straight = s[0] + slope * (t - t[0])
             wave = s - straight
             wave[-1] = wave[0]
-            c = CubicSpline(t, wave, bc_type="periodic").c.copy()
+            c = scipy.interpolate.CubicSpline(t, wave, bc_type="periodic").c.copy()
             c[2] += slope
             c[3] += straight[:-1]
         else:
             ends = "not-a-knot" if self.slopes is None else tuple((1, slope) for slope in self.slopes)
-            c = CubicSpline(t, s, bc_type=ends).c
+            c = scipy.interpolate.CubicSpline(t, s, bc_type=ends).c
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
 
     def findings(self, part: str) -> Iterator[Finding]:

@@ -6,7 +6,7 @@ is known by its support sigma and the radius of curvature rho = sigma + sigma'',
 With the eccentricity e in these axes, the depth is its distance from the free places, D = max (e . u - sigma), along
 the normal n at the largest value; n turns by t/(rho + D) with e.
 
-Equations (16.1) to (16.5) of docs/theory/wear.md.
+Equations (16.1), (16.2), (16.3) and (16.5) of docs/theory/wear.md.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from nine_bar_study.nine_bar.plan import FINER, changed
 from nine_bar_study.run import Results, StudyRun
 from nine_bar_study.statistics import UNTOLD, Mean, compare, plain
 
-from flexmb.engine.step.method import RTOL
+from flexmb.engine.step.step_size import RTOL
 
 if TYPE_CHECKING:
     import xarray as xr
