@@ -69,7 +69,7 @@ class Dimensioned(Section):
     def outer_fibre_at(self, s: Place) -> Array:
         """c(s) [m] for the dimensions at s."""
         _, _, c = self._numbers_at(s)
-        if np.any(np.isnan(c)):
+        if np.isnan(c).any():
             raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
         return c
 
