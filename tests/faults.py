@@ -38,14 +38,14 @@ CORE = (
     ),
     Fault(
         "engine/system/contacts.py",
-        "entry = S[NORMAL, i] * along + S[TANGENTIAL, i] * across + kq * (N * g[i] + T * s[i])",
-        "entry = S[NORMAL, i] * along + S[TANGENTIAL, i] * across + kq * (N * g[i] - T * s[i])",
+        "entry = S[places.NORMAL, i] * along + S[places.TANGENTIAL, i] * across + kq * (N * g[i] + T * s[i])",
+        "entry = S[places.NORMAL, i] * along + S[places.TANGENTIAL, i] * across + kq * (N * g[i] - T * s[i])",
         "system/test_contact_tangent.py",
     ),
     Fault(
         "engine/system/contacts.py",
-        "S[TANGENTIAL, 3], S[TANGENTIAL, 4], S[TANGENTIAL, 5] = -ny, nx, nx * bx + ny * by",
-        "S[TANGENTIAL, 3], S[TANGENTIAL, 4], S[TANGENTIAL, 5] = -ny, nx, nx * bx - ny * by",
+        "S[places.TANGENTIAL, 3], S[places.TANGENTIAL, 4], S[places.TANGENTIAL, 5] = -ny, nx, nx * bx + ny * by",
+        "S[places.TANGENTIAL, 3], S[places.TANGENTIAL, 4], S[places.TANGENTIAL, 5] = -ny, nx, nx * bx - ny * by",
         "system/test_contact_tangent.py physics/test_imperfect_impacts.py",
     ),
     Fault(
