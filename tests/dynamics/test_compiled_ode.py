@@ -263,6 +263,17 @@ def test_diagrams_by_threads_and_pickled_systems_have_the_same_bits():
     assert sent.state()[0] == alone.y.values[0, -1]
 
 
+def test_copies_and_points_of_a_diagram_share_their_kernels(monkeypatch):
+    section = tops(7.5)
+    section.advance(1)
+    monkeypatch.setattr("flexmb.dynamics.systems.compiled_ode.kernel_of", None)
+    found = fm.bifurcation(section, "q", [5.0, 7.5], skip=2, keep=1)
+    assert found.ok.all()
+    other = section.copy()
+    assert other.advance(2)
+    assert other.flow.time != section.flow.time
+
+
 def test_parameters_that_are_no_numbers_are_for_python():
     @numba.njit
     def linear(t, x, K):

@@ -10,7 +10,6 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Mapping
-from copy import copy as copy_object
 from itertools import chain
 from numbers import Real
 from typing import TYPE_CHECKING, Any
@@ -328,8 +327,8 @@ class CompiledMotion:
 
     def copy(self) -> CompiledMotion:
         """Copy with another workspace."""
-        other = copy_object(self)
-        other._record = None
+        other = CompiledMotion(*self.functions)
+        vars(other).update(vars(self), _record=None)  # kernels are shared
         return other
 
     def __getstate__(self) -> dict[str, Any]:
