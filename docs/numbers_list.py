@@ -95,6 +95,7 @@ engine.newmark.implicit_step.NONLINEAR_CORRECTION | 1 | what is wanted | size of
 engine.newmark.implicit_step.GAP_ROUND_OFF | 1 | round-off of corrections | round-off of a gap
 engine.newmark.implicit_step.ANGLE_ALLOWANCE | rad | nothing | angles up to here have the round-off of 1 rad
 engine.newmark.implicit_step.ROUND_OFF_FRACTION | 1 | corrections | noise, and a correction that does not get smaller | 0.01 0.1 5
+program.numbering.ONE_PLACE | 1 | distance from the origin | extent of nodes that lie in one place
 engine.newmark.predictor.FARTHEST_LEAP | 1 | shortest beam or mechanism, or rad | way by predicted accelerations that is no start
 engine.newmark.predictor.OLD_ERROR_WEIGHT | 1 | what an order missed | weight of what was before the last step | 0.01 0.1 1.9
 engine.newmark.jacobian_reuse.LONGEST_SUSPENSION | steps | nothing | most steps with new factors after old ones were refused

@@ -24,6 +24,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals
 
+ONE_PLACE = 1e-9  # extent of nodes over their distance from the origin, up to which they lie in one place
 UNUSED = ("unused1", "unused2")  # names of coordinates that fill up the states of a control to threes
 
 
@@ -84,11 +85,11 @@ class Numbering:
 
     @cached_property
     def extent(self) -> float:
-        """Extent of the nodes in the reference configuration, in any direction [m]; 1 for a node at the origin."""
+        """Extent of the nodes in the reference configuration [m]; of one place its distance from the origin, or 1."""
         points = self.pose()[: self.n_b].reshape(-1, 3)[:, :2]
         end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
-        extent = float(np.hypot(*(points - end).T).max())
-        return extent or float(np.hypot(*points.T).max()) or 1.0
+        extent, distance = float(np.hypot(*(points - end).T).max()), float(np.hypot(*points.T).max())
+        return (extent if extent > ONE_PLACE * distance else distance) or 1.0
 
 
 def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, str]]]:

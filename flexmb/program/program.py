@@ -371,10 +371,15 @@ class Program:
     def shortest(self) -> float:
         """Least distance of neighbouring nodes of a deformable body, as drawn, or the size of the mechanism [m]."""
         E, n_b, q = self.tables.elements, self.tables.sizes.n_b, self.reference.q
-        begin = E.dof[:-1][(np.diff(E.dof) >= 6) & (np.asarray(E.account) >= 0)]
-        first, second = E.dofs[begin], E.dofs[begin + 3]
+        owners = [
+            name.split(".")[:-2] for name in self.names.coordinates[:n_b:3]
+        ]  # part, node, axis; [] of rigid bodies
+        begin = E.dof[:-1][np.diff(E.dof) >= 6]
+        first, second = E.dofs[begin].astype(int), E.dofs[begin + 3].astype(int)
         both = (first < n_b) & (second < n_b) & (first % 3 == 0) & (second % 3 == 0)
-        first, second = first[both], second[both]
+        pairs = zip(first[both].tolist(), second[both].tolist(), strict=True)
+        within = [(i, k) for i, k in pairs if owners[i // 3] and owners[i // 3] == owners[k // 3]]
+        first, second = np.array(within, dtype=int).reshape(-1, 2).T
         away = np.hypot(q[first] - q[second], q[first + 1] - q[second + 1])
         return float(away[away > 0.0].min(initial=self.length))
 

@@ -68,3 +68,22 @@ def test_waves_that_no_step_resolves_fold_no_beam():
         assert sol.array("energy.strain").max() < 1e-2 * sol.array("energy.kinetic").max()
         angles.append(math.atan2(sol["rod.end.y"].values[-1], sol["rod.end.x"].values[-1]))
     assert angles[1] == pytest.approx(angles[0], rel=1e-3)
+
+
+def test_beams_alone_count_as_short():
+    """Bodies that a spring ties across a micron are no short beam, and round-off between two centres is no size."""
+    link = fm.FlexibleLink(
+        "link",
+        (0.0, 0.0),
+        (0.4, 0.0),
+        section=fm.Rectangle(0.02, 0.004),
+        material=fm.Material(2.1e11, 7800.0),
+        elements=8,
+    )
+    a, b = (fm.RigidBody(name, (0.1, y), 1.0, 0.1) for name, y in (("a", 0.0), ("b", 1e-6)))
+    tie = fm.SpringDamper("tie", a, b, at=a.at, to=b.at, stiffness=1e3, free_length=1e-6)
+    assert fm.compile(fm.Mechanism("bodies", [a, b, tie])).shortest == pytest.approx(1e-6)  # the size of all there is
+    both = fm.compile(fm.Mechanism("beams", [link, a, b, tie]))
+    assert both.shortest == pytest.approx(0.05)
+    centres = [fm.RigidBody(name, (x, 0.0), 1.0, 0.1) for name, x in (("c", 0.3), ("d", 0.1 + 0.2))]
+    assert fm.compile(fm.Mechanism("coaxial", centres)).length == pytest.approx(0.3)
