@@ -43,7 +43,7 @@ def test_numbers_of_an_oscillator_come_back():
     assert "Converged" in repr(found)
 
 
-@pytest.mark.parametrize("records", [1, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("records", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_standard_errors_have_the_size_of_the_scatter(records):
     """Errors over standard errors of noisy records, of two parameters and an offset."""
     scatter, bounds = [], {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}

@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import fuzz
 
-SEEDS = range(0, 24)
+SEEDS = range(0, 40)
 
 tried, tried_damaged = cache(fuzz.tried), cache(fuzz.tried_damaged)
 
