@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.state.flow import (
     CONTACT_MEMORY_SIZE,
     MEMORY_BY_FRICTION,
@@ -38,7 +39,7 @@ from flexmb.engine.system.work import (
 from flexmb.kernels import GAP_SIZE, compiled, damping_at, energy_at
 from flexmb.parts.contact.onset import crossing
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
-from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL
+from flexmb.program.program import BEGIN, COMMON_Z, END, FOUR_DAMPINGS, LAST_GAP, LAST_GAP_RATE, LOAD_KERNEL
 
 # Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step
 
@@ -299,20 +300,25 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
     if h == 0.0 or (before == 0.0 and now == 0.0):
         return 0.0, 0.0
     E, took, beyond, rate = tables.elements, 0.0, 0.0, 1.0 / h
+    done = 0
     for e in range(E.p.shape[0]):
-        if E.energy[e] < 0:
+        if E.energy[e] < 0 or e < done:
             continue
-        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+        four = E.fours[e, FOUR_DAMPINGS]
+        lanes = LANES if four >= 0 else 1
+        done = e + lanes
+        dofs = part_of(E.dofs, E.dof[e], E.dof[done])
         n = dofs.shape[0]
         for i in range(n):
-            k = dofs[i]
-            work.ql[i] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
-            work.vl[i] = 0.5 * (v0[k] + v1[k])
-            work.yl[i] = rate * (q1[k] - q0[k]) - work.vl[i]
+            k, place = dofs[i], i % (n // lanes) * lanes + i // (n // lanes)
+            work.ql[place] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
+            work.vl[place] = 0.5 * (v0[k] + v1[k])
+            work.yl[place] = rate * (q1[k] - q0[k]) - work.vl[place]
         if E.damping[e] >= 0:
-            p, q = part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), part_of(work.ql, 0, n)
+            p, q = part_of(tables.p, E.p[e, BEGIN], E.p[done - 1, END]), part_of(work.ql, 0, n)
             v, b = part_of(work.vl, 0, n), part_of(work.yl, 0, n)
-            own, more = damping_at(address.damping, E.damping[e])(p, t - 0.5 * h, q, v, b)
+            kernel = damping_at(address.damping, four if four >= 0 else E.damping[e])
+            own, more = kernel(p, t - 0.5 * h, q, v, b)
         else:
             own, more = _powers_by_energies(tables, address, t - 0.5 * h, e, n, work)
         took += own

@@ -78,6 +78,8 @@ class ElementContribution:
     account: Kernel | None = None
     damping: Kernel | None = None
     diagonal: bool = False  # whether K, C and M have a diagonal alone
+    # `force`, `tangent`, `account`, `damping` of this element and the next three, see `flexmb.engine.compiled.lanes`
+    fours: tuple[Kernel, ...] = ()
 
     @property
     def short_ways(self) -> tuple[Kernel | None, ...]:

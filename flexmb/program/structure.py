@@ -16,8 +16,10 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
+from numba.core import config
 
 from flexmb import checks
+from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
 from flexmb.errors import KernelError
@@ -249,6 +251,7 @@ class Packer:
             self.numbered("tangent", [e.tangent for e in found]),
             self.numbered("account", [e.account for e in found]),
             self.numbered("damping", [e.damping for e in found]),
+            self.fours(),
             self.p["element"],
             self.p["factor"],
             self.z["element"],
@@ -257,6 +260,21 @@ class Packer:
             places(self.element_dofs.values),
             self.positions(self.element_blocks),
         )
+
+    def fours(self) -> np.ndarray:
+        """Kernels (n, 4) of elements that are evaluated with the next three, -1 for all others."""
+        found, factors, e = self.contributions.elements, self.factors(), 0
+        kernels: list[tuple[Kernel | None, ...]] = [(None,) * LANES] * len(found)
+        while e + LANES <= len(found):
+            own, size = found[e].fours, len(found[e].p)
+            alike = (one.fours is own and len(one.p) == size for one in found[e : e + LANES])
+            if own and all(alike) and (factors[e : e + LANES] == at.NO_FACTOR).all() and not config.DISABLE_JIT:
+                kernels[e] = own
+                e += LANES
+            else:
+                e += 1
+        kinds = ("force", "tangent", "account", "damping")
+        return np.column_stack([self.numbered(kind, [own[k] for own in kernels]) for k, kind in enumerate(kinds)])
 
     def constraints(self) -> Constraints:
         """Arrays of the constraints."""

@@ -37,6 +37,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexmb import checks
+from flexmb.engine.compiled.lanes import any_of, choose, lanes_of, nearest, rows_of, total, write_lanes
 from flexmb.kernels import (
     account_kernel,
     damping_kernel,
@@ -112,8 +113,8 @@ TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first time
 def turned_back(theta, angle):
     """theta - angle in [-pi, pi]; subtracting whole turns first keeps the digits of a crank that turns often."""
     u = theta - angle
-    if abs(u) > math.pi:
-        turns = math.floor(u / (TURN + REST) + 0.5)
+    if any_of(abs(u) > math.pi):
+        turns = nearest(u / (TURN + REST))
         u = (theta - turns * TURN - angle) - turns * REST
     return u
 
@@ -129,18 +130,19 @@ A8, A9, A10 = 0.05688293562313399, -0.043478902221454854, 0.02113338077579371
 def direction(y, x):
     """Angle of the vector (x, y) in [-pi, pi] within 5e-16, in half of the time of `math.atan2`."""
     aside, ahead = abs(y), abs(x)
-    low, high = min(aside, ahead), max(aside, ahead)
+    steep = aside > ahead
+    low, high = choose(steep, ahead, aside), choose(steep, aside, ahead)
     folded = low > FOLDED * high  # arctan r = pi/4 + arctan((r - 1)/(r + 1))
-    r = (low - high if folded else low) / (low + high if folded else high)
+    r = choose(folded, low - high, low) / choose(folded, low + high, high)
     z = r * r
     z2 = z * z
     first, second = (A1 + A2 * z) + (A3 + A4 * z) * z2, (A5 + A6 * z) + (A7 + A8 * z) * z2
     z4 = z2 * z2
     angle = r + r * (z * (first + second * z4 + (A9 + A10 * z) * (z4 * z4)))
-    angle = angle + 0.25 * math.pi if folded else angle
-    angle = 0.5 * math.pi - angle if aside > ahead else angle
-    angle = math.pi - angle if x < 0.0 else angle
-    return -angle if y < 0.0 else angle
+    angle = choose(folded, angle + 0.25 * math.pi, angle)
+    angle = choose(steep, 0.5 * math.pi - angle, angle)
+    angle = choose(x < 0.0, math.pi - angle, angle)
+    return choose(y < 0.0, -angle, angle)
 
 
 @fast
@@ -249,10 +251,15 @@ def spread(i, f):
 
 
 @fast
-def write(c, s, f, r):
-    """r = B^T f."""
-    r[0], r[1], r[2] = c * f[0] - s * f[1], s * f[0] + c * f[1], f[2]
-    r[3], r[4], r[5] = c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
+def turned(c, s, f):
+    """B^T f, of a nodal vector f in the axes of the chord."""
+    return c * f[0] - s * f[1], s * f[0] + c * f[1], f[2], c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
+
+
+@fast
+def write(f, r):
+    """r = f."""
+    r[0], r[1], r[2], r[3], r[4], r[5] = f
 
 
 @fast
@@ -386,27 +393,27 @@ def add(k, x, y):
 
 
 @fast
-def write_column(c, s, f, j, A):
-    """Column j of A = B^T f."""
-    A[0, j], A[1, j], A[2, j] = c * f[0] - s * f[1], s * f[0] + c * f[1], f[2]
-    A[3, j], A[4, j], A[5, j] = c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
-
-
-@fast
-def write_pair(c, s, x, y, j, A):
-    """Columns j and j + 1 of A = B^T (x, y) B."""
+def turned_pair(c, s, x, y):
+    """The two columns of B^T (x, y) B of a node."""
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    write_column(c, s, add(c, x, add(-s, y, zero)), j, A)
-    write_column(c, s, add(s, x, add(c, y, zero)), j + 1, A)
+    return turned(c, s, add(c, x, add(-s, y, zero))), turned(c, s, add(s, x, add(c, y, zero)))
 
 
 @fast
-def evaluate(p, q, v, a, kq, kv, ka, r, A):
-    """r and A = kq dr/dq + kv dr/dv + ka dr/da; all but inertia forces have opposite columns for both ends."""
+def residual(p, q, v, a):
+    """Nodal forces."""
+    u, x, motion = state(p, q, v, a)
+    _, c, s, _, _, _ = u
+    F, _, _ = forces(p, u, x, motion)
+    return turned(c, s, F)
+
+
+@fast
+def evaluate(p, q, v, a, kq, kv, ka):
+    """r and columns of A = kq dr/dq + kv dr/dv + ka dr/da; all but inertia forces have opposite ones for both ends."""
     u, x, motion = state(p, q, v, a)
     i, c, s, _, u1, u2 = u
     F, lift, N = forces(p, u, x, motion)
-    write(c, s, F, r)
     X = by_length(p, u, x, motion, lift, kq, kv)
     Y = by_side(p, u, x, motion, F, N, kq, kv, ka)
     w1, w2 = with_ends(p, u1, u2)
@@ -415,32 +422,42 @@ def evaluate(p, q, v, a, kq, kv, ka, r, A):
     x3 = (ka * p[M12] + X[0], ka * w2 * i + X[1], X[2], ka * p[M22] + X[3], -ka * w2 * i + X[4], X[5])
     x1 = add(ka, (0.0, p[M11] + s1, p[G11], 0.0, p[M12] - s1, p[G12]), add(-1.0, Y, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
     x4 = add(ka, (0.0, p[M12] + s2, p[G21], 0.0, p[M22] - s2, p[G22]), Y)
-    write_pair(c, s, x0, x1, 0, A)
-    write_column(c, s, by_rotation(p, u, x, motion, N, 0, kq, kv, ka), 2, A)
-    write_pair(c, s, x3, x4, 3, A)
-    write_column(c, s, by_rotation(p, u, x, motion, N, 1, kq, kv, ka), 5, A)
+    A0, A1 = turned_pair(c, s, x0, x1)
+    A2 = turned(c, s, by_rotation(p, u, x, motion, N, 0, kq, kv, ka))
+    A3, A4 = turned_pair(c, s, x3, x4)
+    A5 = turned(c, s, by_rotation(p, u, x, motion, N, 1, kq, kv, ka))
+    return turned(c, s, F), (A0, A1, A2, A3, A4, A5)
+
+
+@fast
+def write_matrix(columns, A):
+    """The columns of A (6, 6)."""
+    for i in range(6):
+        A[i, 0], A[i, 1], A[i, 2] = columns[0][i], columns[1][i], columns[2][i]
+        A[i, 3], A[i, 4], A[i, 5] = columns[3][i], columns[4][i], columns[5][i]
 
 
 @element_kernel
 def beam_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Corotational Euler-Bernoulli element; q, r (6,), K, C, M (6, 6)."""
     for X, kq, kv, ka in ((K, 1.0, 0.0, 0.0), (C, 0.0, 1.0, 0.0), (M, 0.0, 0.0, 1.0)):
-        evaluate(p, q, v, a, kq, kv, ka, r, X)
+        F, columns = evaluate(p, q, v, a, kq, kv, ka)
+        write(F, r)
+        write_matrix(columns, X)
 
 
 @tangent_kernel
 def beam_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """r (6,) and kq K + kv C + ka M (6, 6)."""
-    evaluate(p, q, v, a, kq, kv, ka, r, A)
+    F, columns = evaluate(p, q, v, a, kq, kv, ka)
+    write(F, r)
+    write_matrix(columns, A)
 
 
 @force_kernel
 def beam_force(p, t, h, q, v, a, z, r, z_new):
     """Residual r (6,) alone."""
-    u, x, motion = state(p, q, v, a)
-    _, c, s, _, _, _ = u
-    F, _, _ = forces(p, u, x, motion)
-    write(c, s, F, r)
+    write(residual(p, q, v, a), r)
 
 
 @fast
@@ -460,12 +477,12 @@ def energies(p, q, u, longer, d1, d2):
 
 
 @fast
-def mass_times(p, u, x, Mx):
-    """Mx = M x."""
+def mass_times(p, u, x):
+    """M x."""
     i, c, s, _, u1, u2 = u
     y = to_chord(c, s, x)
     turn = (y[3] - y[1]) * i
-    write(c, s, spread(i, inertia(p, u1, u2, y, turn, x[2] - turn, x[5] - turn)), Mx)
+    return turned(c, s, spread(i, inertia(p, u1, u2, y, turn, x[2] - turn, x[5] - turn)))
 
 
 @energy_kernel
@@ -477,9 +494,9 @@ def beam_energy(p, t, q, v):
     return energies(p, q, u, longer, d1, d2)
 
 
-@damping_kernel
-def beam_damping(p, t, q, v, w):
-    """Powers of damping with the velocities v, and of v and w."""
+@fast
+def damping(p, q, v, w):
+    """v.D v and v.D w."""
     i, c, s, _, u1, u2 = deformation(p, q)
     g1, g2 = bowing(p, u1, u2)
     _, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
@@ -489,14 +506,67 @@ def beam_damping(p, t, q, v, w):
     return p[ZETA] * (N * longer + m1 * d1 + m2 * d2), p[ZETA] * (N * more + m1 * w1 + m2 * w2)
 
 
-@account_kernel
-def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r, M v, M y (6,); energies as `beam_energy` gives them."""
+@damping_kernel
+def beam_damping(p, t, q, v, w):
+    """Powers of damping with the velocities v, and of v and w."""
+    return damping(p, q, v, w)
+
+
+@fast
+def account(p, q, v, a, y):
+    """Nodal forces, M v, M y, and energies as `beam_energy` gives them."""
     u, x, motion = state(p, q, v, a)
     _, c, s, _, _, _ = u
     _, longer, d1, d2, _, _, _ = motion
     F, _, _ = forces(p, u, x, motion)
-    write(c, s, F, r)
-    mass_times(p, u, v, Mv)
-    mass_times(p, u, y, My)
-    return energies(p, q, u, longer, d1, d2)
+    return turned(c, s, F), mass_times(p, u, v), mass_times(p, u, y), energies(p, q, u, longer, d1, d2)
+
+
+@account_kernel
+def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r, M v, M y (6,); energies as `beam_energy` gives them."""
+    F, along, across, stored = account(p, q, v, a, y)
+    write(F, r)
+    write(along, Mv)
+    write(across, My)
+    return stored
+
+
+# The same for four elements at a time; entries of vectors and matrices stand side by side
+
+rows, entries = rows_of(PARAMETERS), lanes_of(6)
+
+
+@force_kernel
+def four_forces(p, t, h, q, v, a, z, r, z_new):
+    """Residuals."""
+    write_lanes(r, 0, residual(rows(p), entries(q), entries(v), entries(a)))
+
+
+@tangent_kernel
+def four_tangents(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
+    """Residuals, and matrices column by column in A (36, 4)."""
+    F, columns = evaluate(rows(p), entries(q), entries(v), entries(a), kq, kv, ka)
+    write_lanes(r, 0, F)
+    for k, column in enumerate(columns):
+        write_lanes(A, 6 * k, column)
+
+
+@account_kernel
+def four_accounts(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r, M v, M y of each; sums of the energies."""
+    F, along, across, (strain, gravity, power) = account(rows(p), entries(q), entries(v), entries(a), entries(y))
+    write_lanes(r, 0, F)
+    write_lanes(Mv, 0, along)
+    write_lanes(My, 0, across)
+    return total(strain), total(gravity), total(power)
+
+
+@damping_kernel
+def four_dampings(p, t, q, v, w):
+    """Sums of the powers of damping."""
+    own, mixed = damping(rows(p), entries(q), entries(v), entries(w))
+    return total(own), total(mixed)
+
+
+FOUR_BEAMS = four_forces, four_tangents, four_accounts, four_dampings

@@ -6,6 +6,7 @@ the derivatives of the inputs by coordinates and velocities are exact, or differ
 """
 
 from flexmb.engine.compiled.arrays import matrix_view, part_of
+from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.system.work import gather
 from flexmb.kernels import (
     account_at,
@@ -250,8 +251,15 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     E = tables.elements
     if tables.controls.kernel.shape[0] > 0:
         evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work)
+    done = 0
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
+        if e < done:
+            continue
+        if E.fours[e, at.FOUR_FORCES] >= 0:
+            add_four(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work)
+            done = e + LANES
+            continue
         gather_state(E, e, n, q, v, a, work)
         if (E.tangent[e] if matrix else E.force[e]) < 0:
             call_element(tables, address, e, n, t, h, z, work)
@@ -276,10 +284,44 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
 
 
 @compiled
-def element_data(tables, e, n, z, work):
-    """Numbers, coordinates, velocities, accelerations, history, force and new history of element e, for its kernels."""
+def gather_lanes(values, dofs, n, target):
+    """Coordinates (n, LANES) in `target` of LANES elements of n coordinates, which follow each other in dofs."""
+    for i in range(n):
+        for lane in range(LANES):
+            target[i * LANES + lane] = values[dofs[lane * n + i]]
+
+
+@compiled
+def add_four(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work):
+    """`add_elements` of element e and the next three."""
+    E, size = tables.elements, n * LANES
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e] + size)
+    gather_lanes(q, dofs, n, work.ql)
+    gather_lanes(v, dofs, n, work.vl)
+    gather_lanes(a, dofs, n, work.al)
+    p, ql, vl, al, own, r, z_new = element_data(tables, e, e + LANES - 1, size, z, work)
+    if matrix:
+        kernel = tangent_at(address.tangent, E.fours[e, at.FOUR_TANGENTS])
+        kernel(p, t, h, ql, vl, al, own, kq, kv, ka, r, matrix_view(work.Kl, n * n, LANES), z_new)
+        positions = part_of(E.positions, E.pos[e], E.pos[e] + n * n * LANES)
+        for lane in range(LANES):
+            for i in range(n):
+                for j in range(n):
+                    value = work.Kl[(j * n + i) * LANES + lane]  # columns one after the other
+                    if value != 0.0:
+                        work.lu[positions[(lane * n + i) * n + j]] += value
+    else:
+        force_at(address.force, E.fours[e, at.FOUR_FORCES])(p, t, h, ql, vl, al, own, r, z_new)
+    for lane in range(LANES):
+        for i in range(n):
+            work.r[dofs[lane * n + i]] += work.rl[i * LANES + lane]
+
+
+@compiled
+def element_data(tables, e, last, n, z, work):
+    """Numbers, coordinates, velocities, accelerations, histories, forces of elements e to last, for their kernels."""
     E = tables.elements
-    p, (begin, end) = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), (E.z[e, at.BEGIN], E.z[e, at.END])
+    p, (begin, end) = part_of(tables.p, E.p[e, at.BEGIN], E.p[last, at.END]), (E.z[e, at.BEGIN], E.z[last, at.END])
     q, v, a, r = (part_of(work.ql, 0, n), part_of(work.vl, 0, n), part_of(work.al, 0, n), part_of(work.rl, 0, n))
     return p, q, v, a, part_of(z, begin, end), r, part_of(work.z_new, begin, end)
 
@@ -287,7 +329,7 @@ def element_data(tables, e, n, z, work):
 @compiled
 def call_force(tables, address, e, n, t, h, z, work):
     """Call the force kernel of element e, without its factor; results in rl, z_new."""
-    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     force_at(address.force, tables.elements.force[e])(p, t, h, q, v, a, own, r, z_new)
 
 
@@ -296,7 +338,7 @@ def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
     """Call the tangent kernel of element e, without its factor; results in rl, Kl, z_new."""
     for i in range(n * n):
         work.Kl[i] = 0.0
-    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     A = matrix_view(work.Kl, n, n)
     tangent_at(address.tangent, tables.elements.tangent[e])(p, t, h, q, v, a, own, kq, kv, ka, r, A, z_new)
 
@@ -306,7 +348,7 @@ def call_element(tables, address, e, n, t, h, z, work):
     """Call the element kernel of element e, without its factor; results in rl, Kl, Cl, Ml, z_new."""
     for i in range(n * n):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
-    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     K, C, M = matrix_view(work.Kl, n, n), matrix_view(work.Cl, n, n), matrix_view(work.Ml, n, n)
     element_at(address.element, tables.elements.kernel[e])(p, t, h, q, v, a, own, r, K, C, M, z_new)
 
@@ -332,11 +374,17 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
     power = work.power
     power.kinetic = power.strain = power.gravity = power.damping = power.algorithm = 0.0
     work.momentum[:] = 0.0
-    place = 0
+    place, done = 0, 0
     if tables.controls.kernel.shape[0] > 0:
         evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
+        if e < done:
+            continue
+        if E.fours[e, at.FOUR_ACCOUNTS] >= 0:
+            account_for_four(tables, address, e, n, t, h, q, v, a, x, y, z, work)
+            done = e + LANES
+            continue
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         gather_state(E, e, n, q, v, a, work)
         gather(y, E.dofs, E.dof[e], n, work.yl)
@@ -361,11 +409,39 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
 
 
 @compiled
+def account_for_four(tables, address, e, n, t, h, q, v, a, x, y, z, work):
+    """`evaluate_energies` of element e and the next three."""
+    E, size, power = tables.elements, n * LANES, work.power
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e] + size)
+    gather_lanes(q, dofs, n, work.ql)
+    gather_lanes(v, dofs, n, work.vl)
+    gather_lanes(a, dofs, n, work.al)
+    gather_lanes(y, dofs, n, work.yl)
+    p, ql, vl, al, own, r, z_new = element_data(tables, e, e + LANES - 1, size, z, work)
+    yl, Mv, My = part_of(work.yl, 0, size), part_of(work.Mvl, 0, size), part_of(work.Myl, 0, size)
+    kernel = account_at(address.account, E.fours[e, at.FOUR_ACCOUNTS])
+    strain, gravity, damping = kernel(p, t, h, ql, vl, al, yl, own, r, Mv, My, z_new)
+    kinetic, product = 0.0, 0.0
+    for lane in range(LANES):
+        for i in range(n):
+            dof, k = dofs[lane * n + i], i * LANES + lane
+            work.r[dof] += work.rl[k]
+            work.momentum[dof] += work.Mvl[k]
+            kinetic += work.vl[k] * work.Mvl[k]
+            product += x[dof] * work.Myl[k]
+    power.kinetic += 0.5 * kinetic
+    power.strain += strain
+    power.gravity += gravity
+    power.damping += damping
+    power.algorithm += product
+
+
+@compiled
 def call_account_kernel(tables, address, e, n, t, h, z, work):
     """Evaluate M v and M y of element e in Mvl, Myl, forces in rl; return strain, gravity, power of damping."""
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
-    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     y, Mv, My = part_of(work.yl, 0, n), part_of(work.Mvl, 0, n), part_of(work.Myl, 0, n)
     return account_at(address.account, tables.elements.account[e])(p, t, h, q, v, a, y, own, r, Mv, My, z_new)
 

@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
@@ -113,9 +114,11 @@ def workspace(program: Program) -> Work:
 
 def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
-    n = max(sizes.most_dofs, 6)
+    n = max(sizes.most_dofs, 6) * LANES
     E, C = program.tables.elements, program.tables.constraints
-    square = max(6, *(int(np.diff(dof).max(initial=0)) for dof in (E.dof, C.dof))) ** 2  # signals have no matrices
+    square = (
+        LANES * max(6, *(int(np.diff(dof).max(initial=0)) for dof in (E.dof, C.dof))) ** 2
+    )  # signals have no matrices
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     controls = ("output", "slope", "u", "x", "law", "law_column", "law_tangent")
     return Work(

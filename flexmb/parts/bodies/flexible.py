@@ -17,6 +17,7 @@ from flexmb.elastic.beams.corotational import (
     B11,
     B12,
     B22,
+    FOUR_BEAMS,
     LENGTH,
     OFFSET1,
     OFFSET2,
@@ -342,6 +343,7 @@ def beam_pieces(
             element = ElementContribution(
                 part, beam_kernel, (*first, *second), p,
                 energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account, damping=beam_damping,
+                fours=FOUR_BEAMS,
             )  # fmt: skip
             contributions.append(element)
     return contributions

@@ -1,0 +1,211 @@
+"""Four numbers at a time, as one value of compiled code: a lane each.
+
+    p, q = parameters(p), coordinates(q)    # tuples of lanes; made by `rows_of` and `lanes_of`
+    write_lanes(r, 0, forces(p, q))         # the same function that is called with numbers for one element
+
+Sums, products, quotients, roots, absolute values and comparisons act on each lane by itself; a number beside lanes is
+the same in all of them.  Lane k of entry i stands at LANES i + k of a vector.  A function for both kinds chooses by
+`choose` in place of a condition, and asks `any_of` before a branch that all lanes may take.
+"""
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils, config
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import lower_builtin, lower_cast, models, register_model
+from numba.np import arrayobj
+
+from flexmb.engine.compiled.arrays import compiled_as
+
+LANES = 4
+NUMBERS, FLAGS = ir.VectorType(ir.DoubleType(), LANES), ir.VectorType(ir.IntType(1), LANES)
+ARITHMETIC = "fadd", "fsub", "fmul", "fdiv"
+FUSED = ("contract", "nsz", "arcp")  # as `flexmb.kernels.fast` has it
+
+
+class Lanes(types.Type):
+    """numba's type of four numbers."""
+
+    def can_convert_from(self, typingctx: Any, other: Any) -> Any:  # noqa: ARG002 - as numba asks
+        """Numbers are lanes that are all the same."""
+        return Conversion.safe if isinstance(other, (types.Float, types.Integer)) else None
+
+
+class Conditions(types.Type):
+    """numba's type of four conditions."""
+
+
+lanes, conditions = Lanes("lanes"), Conditions("conditions")
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, NUMBERS)
+
+
+@register_model(Conditions)
+class _ConditionsModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, FLAGS)
+
+
+def _shuffled(builder: Any, first: Any, second: Any, places: list[int]) -> Any:
+    return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(ir.IntType(32), LANES), places))
+
+
+@lower_cast(types.Float, Lanes)
+@lower_cast(types.Integer, Lanes)
+def _same_in_all(context: Any, builder: Any, kind: Any, _: Any, value: Any) -> Any:
+    number = context.cast(builder, value, kind, types.float64)
+    nothing = ir.Constant(NUMBERS, ir.Undefined)
+    first = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
+    return _shuffled(builder, first, nothing, [0] * LANES)
+
+
+def _on_lanes(function: Any, arguments: int, result: Any, lower: Callable[[Any, Any], Any]) -> None:
+    """Let compiled code call a function of numbers with lanes."""
+
+    @infer_global(function)
+    class OnLanes(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:  # noqa: ARG002 - as numba asks
+            known = all(x == lanes or lanes.can_convert_from(None, x) for x in args)
+            return (
+                signature(result, *[lanes] * arguments) if known and len(args) == arguments and lanes in args else None
+            )
+
+    lower_builtin(function, *[Lanes] * arguments)(lambda context, builder, kind, args: lower(builder, args))
+
+
+def _named(name: str) -> Callable[[Any, Any], Any]:
+    def lower(builder: Any, args: Any) -> Any:
+        kind = ir.FunctionType(NUMBERS, [NUMBERS])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v4f64"), args)
+
+    return lower
+
+
+if not config.DISABLE_JIT:
+    for _operator, _name in zip((operator.add, operator.sub, operator.mul, operator.truediv), ARITHMETIC, strict=True):
+        _on_lanes(_operator, 2, lanes, lambda builder, args, name=_name: getattr(builder, name)(*args, flags=FUSED))
+    for _operator, _name in ((operator.lt, "<"), (operator.gt, ">")):
+        _on_lanes(_operator, 2, conditions, lambda builder, args, name=_name: builder.fcmp_ordered(name, *args))
+    _on_lanes(operator.neg, 1, lanes, lambda builder, args: builder.fneg(*args))
+    _on_lanes(math.sqrt, 1, lanes, _named("sqrt"))
+    _on_lanes(abs, 1, lanes, _named("fabs"))
+
+
+@compiled_as(lambda condition, first, second: first if condition else second)
+def choose(typingctx, condition, first, second):
+    """`first` where the condition holds, else `second`."""
+    kind = lanes if condition == conditions else types.float64
+
+    def codegen(context, builder, signature, args):
+        return builder.select(*args)
+
+    return kind(condition, kind, kind), codegen
+
+
+@compiled_as(bool)
+def any_of(typingctx, condition):
+    """Whether a condition holds, in one lane at least."""
+
+    def codegen(context, builder, signature, args):
+        if condition != conditions:
+            return args[0]
+        bits = builder.bitcast(args[0], ir.IntType(LANES))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+
+    return types.boolean(condition), codegen
+
+
+@compiled_as(lambda x: float(round(x)))
+def nearest(typingctx, x):
+    """The nearest whole number."""
+
+    def codegen(context, builder, signature, args):
+        name = "llvm.rint.v4f64" if x == lanes else "llvm.rint.f64"
+        kind = ir.FunctionType(args[0].type, [args[0].type])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
+
+    return x(x), codegen
+
+
+def _loaded(context: Any, builder: Any, kind: Any, array: Any, places: list[int]) -> list[Any]:
+    """Four numbers that follow each other, from each of these places of a vector on."""
+    data = arrayobj.make_array(kind)(context, builder, array).data
+    found = [builder.gep(data, [context.get_constant(types.intp, place)]) for place in places]
+    return [builder.load(builder.bitcast(one, NUMBERS.as_pointer()), align=8) for one in found]
+
+
+def lanes_of(count: int) -> Any:
+    """A function that returns the first `count` entries of a vector of lanes."""
+
+    @compiled_as(None)
+    def entries(typingctx, vector):
+        kind = types.UniTuple(lanes, count)
+
+        def codegen(context, builder, signature, args):
+            found = _loaded(context, builder, signature.args[0], args[0], [LANES * i for i in range(count)])
+            return context.make_tuple(builder, kind, found)
+
+        return kind(vector), codegen
+
+    return entries
+
+
+def rows_of(count: int) -> Any:
+    """A function that returns `count` entries of four rows, one behind the other in a vector: a lane for each row."""
+
+    @compiled_as(None)
+    def entries(typingctx, vector):
+        kind = types.UniTuple(lanes, count)
+
+        def codegen(context, builder, signature, args):
+            found: list[Any] = []
+            for begin in (*range(0, count - LANES, LANES), count - LANES):  # the last four may repeat some
+                places = [row * count + begin for row in range(LANES)]
+                a, b, c, d = _loaded(context, builder, signature.args[0], args[0], places)
+                even = [_shuffled(builder, *pair, [0, 4, 2, 6]) for pair in ((a, b), (c, d))]
+                odd = [_shuffled(builder, *pair, [1, 5, 3, 7]) for pair in ((a, b), (c, d))]
+                four = [
+                    _shuffled(builder, *pair, ends) for ends in ([0, 1, 4, 5], [2, 3, 6, 7]) for pair in (even, odd)
+                ]
+                found[begin:] = four
+            return context.make_tuple(builder, kind, found)
+
+        return kind(vector), codegen
+
+    return entries
+
+
+@compiled_as(None)
+def write_lanes(typingctx, vector, begin, values):
+    """Write a tuple of lanes into a vector, from entry `begin` on."""
+
+    def codegen(context, builder, signature, args):
+        data = arrayobj.make_array(signature.args[0])(context, builder, args[0]).data
+        first = builder.mul(args[1], context.get_constant(types.intp, LANES))
+        for i, value in enumerate(cgutils.unpack_tuple(builder, args[2], signature.args[2].count)):
+            place = builder.gep(data, [builder.add(first, context.get_constant(types.intp, LANES * i))])
+            builder.store(value, builder.bitcast(place, NUMBERS.as_pointer()), align=8)
+        return context.get_dummy_value()
+
+    return types.void(vector, types.intp, values), codegen
+
+
+@compiled_as(None)
+def total(typingctx, x):
+    """Sum of all lanes."""
+
+    def codegen(context, builder, signature, args):
+        found = [builder.extract_element(args[0], ir.Constant(ir.IntType(32), k)) for k in range(LANES)]
+        return builder.fadd(builder.fadd(found[0], found[1]), builder.fadd(found[2], found[3]))
+
+    return types.float64(lanes), codegen
