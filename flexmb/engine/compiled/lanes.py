@@ -25,7 +25,6 @@ from flexmb.engine.compiled.arrays import compiled_as
 
 LANES = 4
 NUMBERS, FLAGS = ir.VectorType(ir.DoubleType(), LANES), ir.VectorType(ir.IntType(1), LANES)
-ARITHMETIC = "fadd", "fsub", "fmul", "fdiv"
 FUSED = ("contract", "nsz", "arcp")  # as `flexmb.kernels.fast` has it
 
 
@@ -56,8 +55,8 @@ class _ConditionsModel(models.PrimitiveModel):
         super().__init__(manager, kind, FLAGS)
 
 
-def _shuffled(builder: Any, first: Any, second: Any, places: list[int]) -> Any:
-    return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(ir.IntType(32), LANES), places))
+def _shuffled(builder: Any, pair: Any, places: list[int]) -> Any:
+    return builder.shuffle_vector(*pair, ir.Constant(ir.VectorType(ir.IntType(32), LANES), places))
 
 
 @lower_cast(types.Float, Lanes)
@@ -66,7 +65,7 @@ def _same_in_all(context: Any, builder: Any, kind: Any, _: Any, value: Any) -> A
     number = context.cast(builder, value, kind, types.float64)
     nothing = ir.Constant(NUMBERS, ir.Undefined)
     first = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
-    return _shuffled(builder, first, nothing, [0] * LANES)
+    return _shuffled(builder, (first, nothing), [0] * LANES)
 
 
 def _on_lanes(function: Any, arguments: int, result: Any, lower: Callable[[Any, Any], Any]) -> None:
@@ -83,22 +82,21 @@ def _on_lanes(function: Any, arguments: int, result: Any, lower: Callable[[Any, 
     lower_builtin(function, *[Lanes] * arguments)(lambda context, builder, kind, args: lower(builder, args))
 
 
-def _named(name: str) -> Callable[[Any, Any], Any]:
-    def lower(builder: Any, args: Any) -> Any:
-        kind = ir.FunctionType(NUMBERS, [NUMBERS])
-        return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v4f64"), args)
-
-    return lower
+def _called(builder: Any, name: str, args: Any) -> Any:
+    kind = ir.FunctionType(args[0].type, [args[0].type])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
 
 
 if not config.DISABLE_JIT:
-    for _operator, _name in zip((operator.add, operator.sub, operator.mul, operator.truediv), ARITHMETIC, strict=True):
-        _on_lanes(_operator, 2, lanes, lambda builder, args, name=_name: getattr(builder, name)(*args, flags=FUSED))
-    for _operator, _name in ((operator.lt, "<"), (operator.gt, ">")):
-        _on_lanes(_operator, 2, conditions, lambda builder, args, name=_name: builder.fcmp_ordered(name, *args))
+    _on_lanes(operator.add, 2, lanes, lambda builder, args: builder.fadd(*args, flags=FUSED))
+    _on_lanes(operator.sub, 2, lanes, lambda builder, args: builder.fsub(*args, flags=FUSED))
+    _on_lanes(operator.mul, 2, lanes, lambda builder, args: builder.fmul(*args, flags=FUSED))
+    _on_lanes(operator.truediv, 2, lanes, lambda builder, args: builder.fdiv(*args, flags=FUSED))
+    _on_lanes(operator.lt, 2, conditions, lambda builder, args: builder.fcmp_ordered("<", *args))
+    _on_lanes(operator.gt, 2, conditions, lambda builder, args: builder.fcmp_ordered(">", *args))
     _on_lanes(operator.neg, 1, lanes, lambda builder, args: builder.fneg(*args))
-    _on_lanes(math.sqrt, 1, lanes, _named("sqrt"))
-    _on_lanes(abs, 1, lanes, _named("fabs"))
+    _on_lanes(math.sqrt, 1, lanes, lambda builder, args: _called(builder, "llvm.sqrt.v4f64", args))
+    _on_lanes(abs, 1, lanes, lambda builder, args: _called(builder, "llvm.fabs.v4f64", args))
 
 
 @compiled_as(lambda condition, first, second: first if condition else second)
@@ -130,9 +128,7 @@ def nearest(typingctx, x):
     """The nearest whole number."""
 
     def codegen(context, builder, signature, args):
-        name = "llvm.rint.v4f64" if x == lanes else "llvm.rint.f64"
-        kind = ir.FunctionType(args[0].type, [args[0].type])
-        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
+        return _called(builder, "llvm.rint.v4f64" if x == lanes else "llvm.rint.f64", args)
 
     return x(x), codegen
 
@@ -172,12 +168,10 @@ def rows_of(count: int) -> Any:
             for begin in (*range(0, count - LANES, LANES), count - LANES):  # the last four may repeat some
                 places = [row * count + begin for row in range(LANES)]
                 a, b, c, d = _loaded(context, builder, signature.args[0], args[0], places)
-                even = [_shuffled(builder, *pair, [0, 4, 2, 6]) for pair in ((a, b), (c, d))]
-                odd = [_shuffled(builder, *pair, [1, 5, 3, 7]) for pair in ((a, b), (c, d))]
-                four = [
-                    _shuffled(builder, *pair, ends) for ends in ([0, 1, 4, 5], [2, 3, 6, 7]) for pair in (even, odd)
-                ]
-                found[begin:] = four
+                even = [_shuffled(builder, pair, [0, 4, 2, 6]) for pair in ((a, b), (c, d))]
+                odd = [_shuffled(builder, pair, [1, 5, 3, 7]) for pair in ((a, b), (c, d))]
+                ends = [0, 1, 4, 5], [2, 3, 6, 7]
+                found[begin:] = [_shuffled(builder, pair, places) for places in ends for pair in (even, odd)]
             return context.make_tuple(builder, kind, found)
 
         return kind(vector), codegen

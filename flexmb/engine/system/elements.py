@@ -248,39 +248,43 @@ def gather_state(E, e, n, q, v, a, work):
 @compiled
 def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     """Add forces to work.r and, if `matrix`, kq K + kv C + ka M to work.lu; write histories."""
-    E = tables.elements
+    E, done = tables.elements, 0
     if tables.controls.kernel.shape[0] > 0:
         evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work)
-    done = 0
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
-        if e < done:
-            continue
         if E.fours[e, at.FOUR_FORCES] >= 0:
             add_four(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work)
             done = e + LANES
-            continue
-        gather_state(E, e, n, q, v, a, work)
-        if (E.tangent[e] if matrix else E.force[e]) < 0:
-            call_element(tables, address, e, n, t, h, z, work)
-            if matrix:
-                for i in range(n * n):
-                    work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
-        elif matrix:
-            call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
-        else:
-            call_force(tables, address, e, n, t, h, z, work)
-        s = load_factor(tables, address, e, t, work)
+        elif e >= done:
+            add_element(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work)
+
+
+@compiled
+def add_element(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work):
+    """`add_elements` of element e."""
+    E = tables.elements
+    gather_state(E, e, n, q, v, a, work)
+    if (E.tangent[e] if matrix else E.force[e]) < 0:
+        call_element(tables, address, e, n, t, h, z, work)
         if matrix:
-            positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
             for i in range(n * n):
-                if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
-                    work.lu[positions[i]] += s * work.Kl[i]
-            if E.factor[e] < at.NO_FACTOR:
-                add_load_tangent(tables, e, n, work)
-        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
-        for i in range(n):
-            work.r[dofs[i]] += s * work.rl[i]
+                work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
+    elif matrix:
+        call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
+    else:
+        call_force(tables, address, e, n, t, h, z, work)
+    s = load_factor(tables, address, e, t, work)
+    if matrix:
+        positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
+        for i in range(n * n):
+            if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
+                work.lu[positions[i]] += s * work.Kl[i]
+        if E.factor[e] < at.NO_FACTOR:
+            add_load_tangent(tables, e, n, work)
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    for i in range(n):
+        work.r[dofs[i]] += s * work.rl[i]
 
 
 @compiled

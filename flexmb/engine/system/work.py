@@ -12,7 +12,7 @@ from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
-from flexmb.program.program import Controls, Program
+from flexmb.program.program import FOUR_FORCES, Controls, Program
 
 # Templates of records of zeros, remembered for each structure of programs
 
@@ -114,11 +114,11 @@ def workspace(program: Program) -> Work:
 
 def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
-    n = max(sizes.most_dofs, 6) * LANES
     E, C = program.tables.elements, program.tables.constraints
-    square = (
-        LANES * max(6, *(int(np.diff(dof).max(initial=0)) for dof in (E.dof, C.dof))) ** 2
-    )  # signals have no matrices
+    own, of_constraints = np.diff(E.dof), np.diff(C.dof)  # signals have no matrices
+    four = int(own[E.fours[:, FOUR_FORCES] >= 0].max(initial=0))
+    n = max(sizes.most_dofs, 6, LANES * four)
+    square = max(36, int(own.max(initial=0)) ** 2, int(of_constraints.max(initial=0)) ** 2, LANES * four**2)
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     controls = ("output", "slope", "u", "x", "law", "law_column", "law_tangent")
     return Work(
