@@ -306,23 +306,24 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
             continue
         four = E.fours[e, FOUR_DAMPINGS]
         lanes = LANES if four >= 0 else 1
-        done = e + lanes
-        dofs = part_of(E.dofs, E.dof[e], E.dof[done])
-        n = dofs.shape[0]
-        for i in range(n):
-            k, place = dofs[i], i % (n // lanes) * lanes + i // (n // lanes)
-            work.ql[place] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
-            work.vl[place] = 0.5 * (v0[k] + v1[k])
-            work.yl[place] = rate * (q1[k] - q0[k]) - work.vl[place]
+        last = e + lanes - 1
+        dofs, own, done = part_of(E.dofs, E.dof[e], E.dof[last + 1]), E.dof[e + 1] - E.dof[e], last + 1
+        n = own * lanes
+        for lane in range(lanes):
+            for i in range(own):
+                k, place = dofs[lane * own + i], i * lanes + lane
+                work.ql[place] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
+                work.vl[place] = 0.5 * (v0[k] + v1[k])
+                work.yl[place] = rate * (q1[k] - q0[k]) - work.vl[place]
         if E.damping[e] >= 0:
-            p, q = part_of(tables.p, E.p[e, BEGIN], E.p[done - 1, END]), part_of(work.ql, 0, n)
+            p, q = part_of(tables.p, E.p[e, BEGIN], E.p[last, END]), part_of(work.ql, 0, n)
             v, b = part_of(work.vl, 0, n), part_of(work.yl, 0, n)
             kernel = damping_at(address.damping, four if four >= 0 else E.damping[e])
-            own, more = kernel(p, t - 0.5 * h, q, v, b)
+            along, across = kernel(p, t - 0.5 * h, q, v, b)
         else:
-            own, more = _powers_by_energies(tables, address, t - 0.5 * h, e, n, work)
-        took += own
-        beyond += more
+            along, across = _powers_by_energies(tables, address, t - 0.5 * h, e, n, work)
+        took += along
+        beyond += across
     return h * took, h * beyond
 
 

@@ -241,17 +241,17 @@ class Packer:
 
     def elements(self) -> Elements:
         """Arrays of the elements."""
-        found = self.contributions.elements
+        found, factors = self.contributions.elements, self.factors()
         return Elements(
             # what is never called is not compiled
             self.numbered("element", [None if e.is_complete else e.kernel for e in found]),
             self.numbered("energy", [e.energy for e in found]),
-            self.factors(),
+            factors,
             self.numbered("force", [e.force for e in found]),
             self.numbered("tangent", [e.tangent for e in found]),
             self.numbered("account", [e.account for e in found]),
             self.numbered("damping", [e.damping for e in found]),
-            self.fours(),
+            self.fours(factors),
             self.p["element"],
             self.p["factor"],
             self.z["element"],
@@ -261,20 +261,27 @@ class Packer:
             self.positions(self.element_blocks),
         )
 
-    def fours(self) -> np.ndarray:
+    def fours(self, factors: np.ndarray) -> np.ndarray:
         """Kernels (n, 4) of elements that are evaluated with the next three, -1 for all others."""
-        found, factors, e = self.contributions.elements, self.factors(), 0
-        kernels: list[tuple[Kernel | None, ...]] = [(None,) * LANES] * len(found)
-        while e + LANES <= len(found):
-            own, size = found[e].fours, len(found[e].p)
-            alike = (one.fours is own and len(one.p) == size for one in found[e : e + LANES])
-            if own and all(alike) and (factors[e : e + LANES] == at.NO_FACTOR).all() and not config.DISABLE_JIT:
-                kernels[e] = own
+        kinds = "force", "tangent", "account", "damping"
+        own = [e.fours for e in self.contributions.elements]
+        table = np.full((len(own), len(kinds)), -1)
+        if not any(own) or config.DISABLE_JIT:
+            return table
+        heads: dict[int, list[int]] = {}
+        e, sizes, plain = 0, (self.p["element"] @ (-1, 1)).tolist(), (factors == at.NO_FACTOR).tolist()
+        while e + LANES <= len(own):
+            several = slice(e, e + LANES)
+            alike = own[several] == [own[e]] * LANES and sizes[several] == [sizes[e]] * LANES
+            if own[e] and alike and all(plain[several]):
+                heads.setdefault(id(own[e]), []).append(e)
                 e += LANES
             else:
                 e += 1
-        kinds = ("force", "tangent", "account", "damping")
-        return np.column_stack([self.numbered(kind, [own[k] for own in kernels]) for k, kind in enumerate(kinds)])
+        for places in heads.values():
+            pairs = zip(kinds, own[places[0]], strict=True)
+            table[places] = np.concatenate([self.numbered(kind, [kernel]) for kind, kernel in pairs])
+        return table
 
     def constraints(self) -> Constraints:
         """Arrays of the constraints."""

@@ -432,9 +432,8 @@ def evaluate(p, q, v, a, kq, kv, ka):
 @fast
 def write_matrix(columns, A):
     """The columns of A (6, 6)."""
-    for i in range(6):
-        A[i, 0], A[i, 1], A[i, 2] = columns[0][i], columns[1][i], columns[2][i]
-        A[i, 3], A[i, 4], A[i, 5] = columns[3][i], columns[4][i], columns[5][i]
+    for j, column in enumerate(columns):
+        A[0, j], A[1, j], A[2, j], A[3, j], A[4, j], A[5, j] = column
 
 
 @element_kernel
