@@ -37,6 +37,7 @@ BEGIN, END = range(2)  # columns of pairs
 FIRST, SECOND = range(2)  # columns of `Measured.angle`
 MULTIPLIED, ADDED, SUBTRACTED = range(3)  # uses of a factor in a signal, as in `contributions.USES_OF_FACTOR`
 LOAD_KERNEL, SLIDING_LAW = range(2)  # columns of `Constraints.joint_friction`: load's kernel, law of friction
+FOUR_SIZE = 6  # coordinates of an element that is evaluated with the next three
 FOUR_FORCES, FOUR_TANGENTS, FOUR_ACCOUNTS, FOUR_DAMPINGS = range(4)  # columns of `Elements.fours`
 LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)  # columns of `Constraints.joint_friction_p`
 GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)  # columns of `Contacts.kernel`

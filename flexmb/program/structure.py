@@ -264,7 +264,7 @@ class Packer:
     def fours(self, factors: np.ndarray) -> np.ndarray:
         """Kernels (n, 4) of elements that are evaluated with the next three, -1 for all others."""
         kinds = "force", "tangent", "account", "damping"
-        own = [e.fours for e in self.contributions.elements]
+        own = [e.fours if len(e.coordinates) == at.FOUR_SIZE else () for e in self.contributions.elements]
         table = np.full((len(own), len(kinds)), -1)
         if not any(own) or config.DISABLE_JIT:
             return table

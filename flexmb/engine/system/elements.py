@@ -254,7 +254,7 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         if E.fours[e, at.FOUR_FORCES] >= 0:
-            add_four(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work)
+            add_four(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work)
             done = e + LANES
         elif e >= done:
             add_element(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work)
@@ -296,9 +296,9 @@ def gather_lanes(values, dofs, n, target):
 
 
 @compiled
-def add_four(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work):
+def add_four(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     """`add_elements` of element e and the next three."""
-    E, size = tables.elements, n * LANES
+    E, n, size = tables.elements, at.FOUR_SIZE, at.FOUR_SIZE * LANES
     dofs = part_of(E.dofs, E.dof[e], E.dof[e] + size)
     gather_lanes(q, dofs, n, work.ql)
     gather_lanes(v, dofs, n, work.vl)
@@ -386,7 +386,7 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
         if e < done:
             continue
         if E.fours[e, at.FOUR_ACCOUNTS] >= 0:
-            account_for_four(tables, address, e, n, t, h, q, v, a, x, y, z, work)
+            account_for_four(tables, address, e, t, h, q, v, a, x, y, z, work)
             done = e + LANES
             continue
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
@@ -413,9 +413,9 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
 
 
 @compiled
-def account_for_four(tables, address, e, n, t, h, q, v, a, x, y, z, work):
+def account_for_four(tables, address, e, t, h, q, v, a, x, y, z, work):
     """`evaluate_energies` of element e and the next three."""
-    E, size, power = tables.elements, n * LANES, work.power
+    E, n, size, power = tables.elements, at.FOUR_SIZE, at.FOUR_SIZE * LANES, work.power
     dofs = part_of(E.dofs, E.dof[e], E.dof[e] + size)
     gather_lanes(q, dofs, n, work.ql)
     gather_lanes(v, dofs, n, work.vl)

@@ -12,7 +12,7 @@ from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
-from flexmb.program.program import FOUR_FORCES, Controls, Program
+from flexmb.program.program import FOUR_SIZE, Controls, Program
 
 # Templates of records of zeros, remembered for each structure of programs
 
@@ -116,9 +116,8 @@ def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
     E, C = program.tables.elements, program.tables.constraints
     own, of_constraints = np.diff(E.dof), np.diff(C.dof)  # signals have no matrices
-    four = int(own[E.fours[:, FOUR_FORCES] >= 0].max(initial=0))
-    n = max(sizes.most_dofs, 6, LANES * four)
-    square = max(36, int(own.max(initial=0)) ** 2, int(of_constraints.max(initial=0)) ** 2, LANES * four**2)
+    n = max(sizes.most_dofs, FOUR_SIZE * LANES)
+    square = max(LANES * FOUR_SIZE**2, int(own.max(initial=0)) ** 2, int(of_constraints.max(initial=0)) ** 2)
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     controls = ("output", "slope", "u", "x", "law", "law_column", "law_tangent")
     return Work(
