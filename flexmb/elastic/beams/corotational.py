@@ -169,13 +169,6 @@ def rates(i, v, chord_v):
 
 
 @fast
-def second_rates(i, a, chord_a, rho, longer):
-    """Rates of rho and of the rates of u1 and u2; `longer`: rate of the chord's length."""
-    rho_dot = (chord_a[3] - chord_a[1]) * i - 2.0 * rho * longer * i
-    return rho_dot, a[2] - rho_dot, a[5] - rho_dot
-
-
-@fast
 def bowing(p, x1, x2):
     """Gradient (g1, g2) of e by u1 and u2, a linear function of (u1, u2)."""
     twice1, twice2 = 2.0 * p[BOW11], 2.0 * p[BOW22]
@@ -278,7 +271,8 @@ def state(p, q, v, a):
     i, c, s, _, _, _ = u
     rho, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
     chord_a = to_chord(c, s, a)
-    rho_dot, dd1, dd2 = second_rates(i, a, chord_a, rho, longer)
+    rho_dot = (chord_a[3] - chord_a[1]) * i - 2.0 * rho * longer * i
+    dd1, dd2 = a[2] - rho_dot, a[5] - rho_dot
     return u, felt(p, c, s, chord_a), (rho, longer, d1, d2, rho_dot, dd1, dd2)
 
 

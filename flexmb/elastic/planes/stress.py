@@ -58,21 +58,17 @@ SAMPLES = {  # points of the reference cell where stresses are most exact (Barlo
 }
 
 
-def carried_to_nodes(kind: str) -> np.ndarray:
-    """(nodes, samples), values at the nodes of functions of the values at the samples."""
+def gradients_at_nodes(points: np.ndarray, cells: np.ndarray, kind: str) -> np.ndarray:
+    """(cells, nodes, nodes, 2): gradients [1/m] that give the recovered strain at a node (second axis) of a cell."""
+    gradients = gradients_at(points, cells, kind, np.array(SAMPLES[kind], dtype=float).T)[1]
+    # Values at the nodes of functions of the values at the samples
     samples, nodes = np.array(SAMPLES[kind], dtype=float), KINDS[kind].reference_nodes.T
 
     def terms(places: np.ndarray) -> np.ndarray:
         x, y = places.T
         return np.stack([np.ones_like(x), x, y, x * y], axis=1)[:, : len(samples)]
 
-    return np.asarray(terms(nodes) @ np.linalg.inv(terms(samples)))
-
-
-def gradients_at_nodes(points: np.ndarray, cells: np.ndarray, kind: str) -> np.ndarray:
-    """(cells, nodes, nodes, 2): gradients [1/m] that give the recovered strain at a node (second axis) of a cell."""
-    gradients = gradients_at(points, cells, kind, np.array(SAMPLES[kind], dtype=float).T)[1]
-    return np.asarray(np.einsum("kp,cpnx->cknx", carried_to_nodes(kind), gradients))
+    return np.asarray(np.einsum("kp,cpnx->cknx", np.asarray(terms(nodes) @ np.linalg.inv(terms(samples))), gradients))
 
 
 def gradients_at(points: np.ndarray, cells: np.ndarray, kind: str, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

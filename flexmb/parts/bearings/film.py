@@ -57,19 +57,6 @@ def moments(eps, alpha, whole):
 
 
 @compiled
-def short_weights(eps, alpha, whole):
-    """Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps."""
-    I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
-    s2 = 1.0 - eps * eps
-    s, r = math.sqrt(s2), eps / s2
-    f3 = 1.0 / (s2 * s)
-    f4, f5 = f3 / s, f3 / s2
-    cc, sc, ss = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I), f4 * (Isc - eps * Is), f3 * Iss
-    cc_e = 5.0 * r * cc + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
-    return cc, sc, ss, cc_e, 4.0 * r * sc + f4 * (Jsc - eps * Js - Is), 3.0 * r * ss + f3 * Jss
-
-
-@compiled
 def end_terms(eps, alpha, whole):
     """(2 + eps cos)/H^2 at both ends times sin cos, cos^2, sin cos, differences, and their derivatives by eps."""
     # These are what an integration by parts leaves. Sine and cosine change their signs from one end to the other, so
@@ -117,7 +104,15 @@ def film_force(kind, extent, eps, a, b):
     if kind == LONG:
         cc, sc, ss, cc_e, sc_e, ss_e = long_weights(eps, alpha, whole)
     else:
-        cc, sc, ss, cc_e, sc_e, ss_e = short_weights(eps, alpha, whole)
+        # Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps
+        I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
+        s2 = 1.0 - eps * eps
+        s, r = math.sqrt(s2), eps / s2
+        f3 = 1.0 / (s2 * s)
+        f4, f5 = f3 / s, f3 / s2
+        cc, sc, ss = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I), f4 * (Isc - eps * Is), f3 * Iss
+        cc_e = 5.0 * r * cc + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
+        sc_e, ss_e = 4.0 * r * sc + f4 * (Jsc - eps * Js - Is), 3.0 * r * ss + f3 * Jss
     Fr, Ft = k * b * sc - a * cc, k * b * ss - a * sc
     Fr_e, Ft_e = k * b * sc_e + k_e * b * sc - a * cc_e, k * b * ss_e + k_e * b * ss - a * sc_e
     return Fr, Ft, Fr_e, Ft_e, -cc, k * sc, -sc, k * ss

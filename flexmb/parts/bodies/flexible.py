@@ -413,7 +413,18 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
     """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
     data = matrices(beam)
     if beam.turn:
-        return _masses_of_arc(beam, data)
+        # `mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest
+        parts, free = [], unstressed_shape(beam, data).tolist()
+        ends = beam.points[:-1], chord_directions(beam)
+        each = zip(free, data.lengths.tolist(), data.inertia_integrals.tolist(), *ends, strict=True)
+        for (_, u1, u2), L, integrals, start, angle in each:
+            m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
+            mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
+            along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
+            inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
+            centre = planar.from_frame(start, angle, (along, aside))
+            parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
+        return parts
     angle = direction(beam)
     parts = []
     for k, length in enumerate(data.lengths):
@@ -423,21 +434,6 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
         turn = np.array([0.0, 1.0, length, 1.0])
         inertia = float(turn @ mb @ turn) - mass * arm**2
         parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
-    return parts
-
-
-def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, float]]:
-    """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
-    parts, free = [], unstressed_shape(beam, data).tolist()
-    ends = beam.points[:-1], chord_directions(beam)
-    each = zip(free, data.lengths.tolist(), data.inertia_integrals.tolist(), *ends, strict=True)
-    for (_, u1, u2), L, integrals, start, angle in each:
-        m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
-        mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
-        along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
-        inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
-        centre = planar.from_frame(start, angle, (along, aside))
-        parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
     return parts
 
 

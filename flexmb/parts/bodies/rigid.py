@@ -26,7 +26,6 @@ from flexmb.kernels import (
 from flexmb.model.contributions import (
     Attachment,
     ConstraintContribution,
-    ContactContribution,
     Contribution,
     ElementContribution,
     ElementKernels,
@@ -279,7 +278,14 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
         if not (r[place] or A[:, place].any() or A[:, :, place].any()):
             return False
         return _any(r[place : place + 1], r) or any(_any([*B[:, place], *B[place]], B) for B in A)
-    return _has_moment(contribution, p, q, place)
+    # Whether normal or friction force of a contact has a moment about a node
+    out, z = np.zeros(GAP_SIZE), np.array(contribution.friction.history(), dtype=float)
+    contribution.gap(p, q, np.zeros(6), out)
+    friction = np.array(contribution.friction.parameters(), dtype=float)
+    force = contribution.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
+    ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
+    moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
+    return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
 
 
 def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
@@ -293,17 +299,6 @@ def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
             pose = found[part, name] = node.x, node.y, node.theta
         q.append(pose[axis])
     return np.array(q)
-
-
-def _has_moment(contact: ContactContribution, p: np.ndarray, q: np.ndarray, place: int) -> bool:
-    """Whether normal or friction force of a contact has a moment about a node."""
-    out, z = np.zeros(GAP_SIZE), np.array(contact.friction.history(), dtype=float)
-    contact.gap(p, q, np.zeros(6), out)
-    friction = np.array(contact.friction.parameters(), dtype=float)
-    force = contact.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
-    ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
-    moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
-    return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
 
 
 def _any(values: Any, *others: np.ndarray) -> bool:
@@ -395,15 +390,10 @@ class RigidBody(Body):
             outline = tuple(planar.to_frame(self.at, self.theta, p) for p in self.outline)
             lines: tuple[tuple[Point, ...], ...] = (outline,)
         else:
-            held = held_points(self, mechanism)
+            joints = (p for p in mechanism.parts if isinstance(p, Joint) and self.name in p.references())
+            held = [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == self.name]
             lines = tuple(((0.0, 0.0), p) for p in held if p != (0.0, 0.0)) or (((0.0, 0.0), (0.0, 0.0)),)
         return (RigidShape(self.name, "", lines),)
-
-
-def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
-    """Points at which joints hold a body, in the frame of its node."""
-    joints = (p for p in mechanism.parts if isinstance(p, Joint) and body.name in p.references())
-    return [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == body.name]
 
 
 MASSLESS = 1e-8  # mass of a massless link over the smallest mass of the other bodies [1]

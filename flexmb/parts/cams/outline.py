@@ -32,7 +32,13 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
         points, slopes = sampled(spans, parts), sampled(spans, parts, 1)
         tangents = slopes / np.hypot(*slopes.T)[:, None]
         ends, end_tangents = np.roll(points, -1, axis=0), np.roll(tangents, -1, axis=0)
-        joints = _joints(points, tangents, ends, end_tangents)
+        # Points where both arcs of each pair meet, for tangents of equal length d at both ends
+        chord = ends - points
+        along = np.sum(chord * (tangents + end_tangents), axis=1)
+        bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
+        square = np.sum(chord * chord, axis=1)
+        d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
+        joints = np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
         first, second = _bulges(tangents, joints - points), -_bulges(-end_tangents, joints - ends)
         curve = sampled(spans, parts * TRIED_POINTS).reshape(len(points), TRIED_POINTS, 2)
         away = np.minimum(_distance(curve, points, joints, first), _distance(curve, joints, ends, second))
@@ -41,16 +47,6 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
             return chain, np.stack([first, second], axis=1).ravel()
         parts *= 2
     return None
-
-
-def _joints(points: np.ndarray, tangents: np.ndarray, ends: np.ndarray, end_tangents: np.ndarray) -> np.ndarray:
-    """Points where both arcs of each pair meet, for tangents of equal length d at both ends."""
-    chord = ends - points
-    along = np.sum(chord * (tangents + end_tangents), axis=1)
-    bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
-    square = np.sum(chord * chord, axis=1)
-    d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
-    return np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
 
 
 def _bulges(tangents: np.ndarray, chords: np.ndarray) -> np.ndarray:

@@ -215,22 +215,6 @@ def counts(p, first, place, radius, X, Y):
 
 
 @compiled
-def point_of_round(p, k, first, X, Y, ax, ay, bx, by, best):
-    """The better one of a place and that of a corner, or of an end of an arc, with the sector (ax, ay) to (bx, by)."""
-    chain, pieces = int(p[CHAIN]), int(p[PIECES])
-    place = outline_place(p, first, chain, X, Y)
-    _, _, nx, ny, away, a, b = place
-    keep = True
-    if away < 0.0:
-        if a > 0.0 and b > 0.0:
-            keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
-        if chain < pieces:
-            _, _, _, _, depth, _, _ = outline_place(p, first, pieces, X, Y)
-            keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
-    return better(best, place, 0.0, keep)
-
-
-@compiled
 def arc_of_round(p, first, X, Y, radius, ax, ay, bx, by, best):
     """The better one of a place and that of an arc around (X, Y) with the sector (ax, ay) to (bx, by)."""
     for i in range(int(p[CHAIN])):
@@ -259,7 +243,17 @@ def round_place(p, X, Y, c, s):
         if p[k + KIND] == ROUNDED:
             best = arc_of_round(p, first, x, y, p[k + ARC_RADIUS], ax, ay, bx, by, best)
         else:
-            best = point_of_round(p, k, first, x, y, ax, ay, bx, by, best)
+            chain, pieces = int(p[CHAIN]), int(p[PIECES])
+            place = outline_place(p, first, chain, x, y)
+            _, _, nx, ny, away, a, b = place
+            keep = True
+            if away < 0.0:
+                if a > 0.0 and b > 0.0:
+                    keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
+                if chain < pieces:
+                    _, _, _, _, depth, _, _ = outline_place(p, first, pieces, x, y)
+                    keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
+            best = better(best, place, 0.0, keep)
     if best[GAP] == math.inf:  # the chain is seen by none of the arcs: the distance of a centre, which lies inside
         k = FIRST_ROUND
         x, y = X + c * p[k + ARC_X] - s * p[k + ARC_Y], Y + s * p[k + ARC_X] + c * p[k + ARC_Y]

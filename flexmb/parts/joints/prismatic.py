@@ -286,21 +286,16 @@ def corner_gap_kernel(p, q, v, out):
     put_side_columns(out, nx, ny, bx, by)
 
 
-@compiled
-def pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q):
-    """Travel, offset across the guide and tilt of the slider's centre."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
-    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
-    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
-    return ux * ex + uy * ey, ux * ey - uy * ex, q[5] - q[2] - angle
-
-
 @signal_kernel
 def slider_signal(p, t, q, v, a):
     """`chosen`: 0 travel, 1 offset, 2 tilt, 3 mode (0 free, 1 one corner, 2 two across, 3 face, 4 more)."""
     mx, my, s1x, s1y, s2x, s2y, angle, c, length, height, chosen = p
-    travel, offset, tilt = pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q)
+    # Travel, offset across the guide and tilt of the slider's centre
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
+    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
+    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
+    travel, offset, tilt = ux * ex + uy * ey, ux * ey - uy * ex, q[5] - q[2] - angle
     which = int(chosen)
     if which < 3:
         return travel if which == 0 else (offset if which == 1 else tilt)

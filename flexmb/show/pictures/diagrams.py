@@ -70,7 +70,13 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
             key = (entry_of(str(row["verdict"].values[k])), direction)
             pieces.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
         _mark(ax, row, parameter)
-    _draw(ax, pieces)
+    count = sum(len(points) for listed in pieces.values() for _, points in listed)
+    size = 4.0 if count < MANY_POINTS else 1.2
+    for (verdict, name), listed in pieces.items():
+        across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
+        look: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
+        look["markeredgewidth"] = 0.0
+        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
     style.label_axis(ax.xaxis, parameter, diagram[parameter].attrs.get("units", ""))
@@ -109,16 +115,6 @@ def _mark(ax: Axes, row: xr.Dataset, parameter: str) -> None:
     finished = row["status"].values != ""
     failed = values[finished & ~row["ok"].values]
     ax.plot(failed, np.full(len(failed), 0.015), "x", color="black", transform=ax.get_xaxis_transform(), clip_on=False)
-
-
-def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
-    count = sum(len(points) for listed in pieces_of.values() for _, points in listed)
-    size = 4.0 if count < MANY_POINTS else 1.2
-    for (verdict, name), listed in pieces_of.items():
-        across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
-        look: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
-        look["markeredgewidth"] = 0.0
-        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:

@@ -288,13 +288,6 @@ def energy_section(sol: Solution) -> Markup | None:
     return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
 
 
-def statistics_section(sol: Solution) -> Markup:
-    """Section of status, facts and notes of a run."""
-    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
-    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
-    return section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics")
-
-
 def settings_section(sol: Solution, frames: int) -> Markup:
     """Section of settings, versions and the command of a run."""
     model = dict(sol.model)
@@ -365,6 +358,8 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
     more = tag("div", select, tag("p", hint, class_="hint"), class_="more")
     plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, more, class_="signals")
     names, joints = [name for name in main_signals(sol) if name in sol], joints_with_contacts(sol)
+    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
+    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
     return joined(
         [
             tag("div", moving, plots, class_="stage"),
@@ -373,7 +368,7 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
             if joints
             else None,
             energy_section(sol),
-            statistics_section(sol),
+            section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics"),
             _model_section(sol, description),
             _check_section(examined(mechanism)),
         ]
