@@ -237,7 +237,7 @@ def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion
         now = drawing.poses(sol, part, nodes, instants)
         reference = np.array(list(shape.values())) if shape else now[0]  # files of before have none of meshes
         turning = list(range(len(nodes))) if mesh is None else turning_nodes(mesh)
-        # Rigid motion that takes the reference to the poses, by the nodes that joints hold, or by the turning ones. Nodes
+        # Rigid motion from the reference to the poses, by the nodes that joints hold, or by the turning ones. Nodes
         # of modes go with the middle of the pins, from which their amplitudes count.
         joints = body_joints(sol, part, nodes)
         held = list(joints) if joints else turning

@@ -28,7 +28,13 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
     root, motion = groups[""], groups.get("motion")
     if not root.sizes.get("period", 0):
         raise InputError("report: the study has no section points; its status tells why.")
-    names = _signals(root, motion, signals)
+    # Names of the signals on the page
+    known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
+    if signals is not None:
+        names = html.chosen_signals(signals, known)
+    else:
+        sampled = [] if motion is None else [str(name) for name in motion.data_vars]
+        names = list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
     data: dict[str, Any] = {
         "kind": "chaos",
         "first": int(root["period"].values[0]),
@@ -53,15 +59,6 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
 
 def _columns(dataset: xr.Dataset, names: Sequence[str]) -> np.ndarray:
     return np.stack([dataset[name].values for name in names], axis=1).astype(float)
-
-
-def _signals(root: xr.Dataset, motion: xr.Dataset | None, signals: Sequence[str] | None) -> list[str]:
-    """Names of the signals on the page."""
-    known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
-    if signals is not None:
-        return html.chosen_signals(signals, known)
-    sampled = [] if motion is None else [str(name) for name in motion.data_vars]
-    return list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
 
 
 def _key_numbers(root: xr.Dataset) -> html.Markup:

@@ -25,7 +25,13 @@ ZOOM = "Drag pans, + and - zoom, 0 or a double click fits."
 
 def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
     """Write the page of a bifurcation diagram; see `flexmb.report`."""
-    names = _signals(diagram, signals)
+    # Names of the signals on the page, that of the first picture first
+    known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
+    if signals is not None:
+        names = html.chosen_signals(signals, known)
+    else:
+        first = default_signal(diagram)
+        names = [first, *(name for name in known if name != first)][:MOST_SIGNALS]
     rows = _rows(diagram, path)
     if not rows:
         raise InputError("report: the diagram has no finished point. Continue it with resume=True.")
@@ -47,15 +53,6 @@ LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
 def point_file(parameter: str, value: float) -> str:
     """Name of the report of the run at a value, beside the page of the diagram, with six digits: "speed-6.28.html"."""
     return f"{parameter}-{value:.6g}.html"
-
-
-def _signals(diagram: xr.Dataset, signals: Sequence[str] | None) -> list[str]:
-    """Names of the signals on the page, that of the first picture first."""
-    known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
-    if signals is not None:
-        return html.chosen_signals(signals, known)
-    first = default_signal(diagram)
-    return [first, *(name for name in known if name != first)][:MOST_SIGNALS]
 
 
 def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
