@@ -44,17 +44,14 @@ MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a 
 def node_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Rigid body at its centre of mass (x, y, theta): r = m (a - g), J alpha."""
     node_force(p, a, r)
-    M[0, 0] = p[MASS]
-    M[1, 1] = p[MASS]
-    M[2, 2] = p[INERTIA]
+    M[0, 0], M[1, 1], M[2, 2] = p[MASS], p[MASS], p[INERTIA]
 
 
 @compiled
 def node_force(p, a, r):
     """r (3,) of a rigid body."""
     m, J, gx, gy = p
-    r[0] = m * (a[0] - gx)
-    r[1] = m * (a[1] - gy)
+    r[0], r[1] = m * (a[0] - gx), m * (a[1] - gy)
     r[2] = J * a[2]
 
 
@@ -68,9 +65,7 @@ def node_mass_force(p, t, h, q, v, a, z, r, z_new):
 def node_mass_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """r (3,) and ka M, a diagonal."""
     node_force(p, a, r)
-    A[0, 0] = ka * p[MASS]
-    A[1, 1] = ka * p[MASS]
-    A[2, 2] = ka * p[INERTIA]
+    A[0, 0], A[1, 1], A[2, 2] = ka * p[MASS], ka * p[MASS], ka * p[INERTIA]
 
 
 @compiled
@@ -96,9 +91,7 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
     node_force(p, a, r)
     for x, Mx in ((v, Mv), (y, My)):
-        Mx[0] = p[MASS] * x[0]
-        Mx[1] = p[MASS] * x[1]
-        Mx[2] = p[INERTIA] * x[2]
+        Mx[0], Mx[1], Mx[2] = p[MASS] * x[0], p[MASS] * x[1], p[INERTIA] * x[2]
     return 0.0, node_weight(p, q), 0.0
 
 
@@ -122,8 +115,7 @@ def mean_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     n = q.shape[0] // 2
     for i in range(n):
         for j in range(n):
-            M[2 * i, 2 * j] = m / (n * n)
-            M[2 * i + 1, 2 * j + 1] = m / (n * n)
+            M[2 * i, 2 * j], M[2 * i + 1, 2 * j + 1] = m / (n * n), m / (n * n)
 
 
 @compiled
@@ -143,8 +135,7 @@ def share_out(m, bx, by, x, r):
     n = x.shape[0] // 2
     cx, cy = mean(x)
     for i in range(n):
-        r[2 * i] = m / n * (cx + bx)
-        r[2 * i + 1] = m / n * (cy + by)
+        r[2 * i], r[2 * i + 1] = m / n * (cx + bx), m / n * (cy + by)
 
 
 @force_kernel

@@ -56,8 +56,7 @@ def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
     G[1, 4] = 1.0
     G[1, 5] = bx
     w1, w2 = v[2] * v[2], v[5] * v[5]
-    gamma[0] = bx * w2 - ax * w1
-    gamma[1] = by * w2 - ay * w1
+    gamma[0], gamma[1] = bx * w2 - ax * w1, by * w2 - ay * w1
     H[2, 2] = lam[0] * ax + lam[1] * ay
     H[5, 5] = -lam[0] * bx - lam[1] * by
 
