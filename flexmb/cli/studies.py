@@ -1,7 +1,5 @@
 """Commands that study a motion: `flexmb sweep` over one parameter, `flexmb chaos` by its exponents."""
 
-from __future__ import annotations
-
 import argparse
 from collections import Counter
 from pathlib import Path

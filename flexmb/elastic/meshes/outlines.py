@@ -5,8 +5,6 @@ Delaunay's triangulation when no other node lies in the circle around it.  Nodes
 boundary, so the boundary is met unless two parts of it are closer than the cells are long, which is refused.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -8,8 +8,6 @@ cos) with a positive weight f, so the film is positive between alpha = atan2(a, 
 Equations (15.1) to (15.6) of docs/theory/films.md.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from itertools import chain, pairwise

@@ -7,8 +7,6 @@ A further law is a further class: its formula in the first line, its source in t
 depth = sigma f ln(A/f).
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from abc import abstractmethod
