@@ -249,8 +249,7 @@ def _states(bench: Bench, program: Program, contribution: ControlContribution, c
                 system = StateEvaluation(program)
                 for _ in range(SETTLING if len(own) else 0):
                     rates = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[own]
-                    slope = system.dense[np.ix_(own, own)]
-                    v[own] -= np.linalg.lstsq(slope, rates, rcond=SMALL)[0]
+                    v[own] -= np.linalg.lstsq(system.dense[np.ix_(own, own)], rates, rcond=SMALL)[0]
                 v[own] += 1e-3 * np.abs(v[own]) * bench.random.uniform(-1.0, 1.0, len(own))
                 yield {"t": t, "q": q, "v": v, "a": a}
 

@@ -91,8 +91,7 @@ def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np
     # `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
     half = 0.5 * turn * lengths / lengths.sum()
     chords = lengths * np.sinc(half / math.pi)
-    free = chords + lengths / 30.0 * half * half * bow.sum(axis=1)
-    return np.stack([free, -half, half], axis=1)
+    return np.stack([chords + lengths / 30.0 * half * half * bow.sum(axis=1), -half, half], axis=1)
 
 
 # The chord of a beam element: its parameters, its deformation against the chord, and the rates of both

@@ -90,8 +90,7 @@ def places_of_check(kind: str) -> Array:
 def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
     """(m, q) Jacobian determinants [m^2] of all cells at `places_of_check`."""
     slopes = KINDS[kind].shape_functions(places_of_check(kind))[1]
-    x = points[cells]
-    J = np.einsum("mka,bkq->abmq", x, slopes, optimize=True)
+    J = np.einsum("mka,bkq->abmq", points[cells], slopes, optimize=True)
     return np.asarray(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0])
 
 

@@ -79,8 +79,7 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     reach = SAME_NODE * float(np.ptp(points, axis=0).max())
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    labels = connected_components(links, directed=False)[1]
-    nodes = np.asarray(labels.astype(np.int64))
+    nodes = np.asarray(connected_components(links, directed=False)[1].astype(np.int64))
     cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
     quads = kind.startswith("quad")
     cells = cells[:, : KINDS[kind].nodes] if quads else halved(points[_first_of(nodes)], cells, kind)

@@ -67,8 +67,7 @@ def averaged_pin(
     mean = weights @ arms
     own = arms - mean
     moment = float(weights @ (own**2).sum(axis=1))
-    p = [*mean, moment, *np.column_stack([weights, own]).ravel()]
-    numbers = tuple(map(float, p))
+    numbers = tuple(map(float, [*mean, moment, *np.column_stack([weights, own]).ravel()]))
     return ConstraintContribution(part, averaged_pin_kernel, coordinates, numbers, 3, is_drive=True)
 
 

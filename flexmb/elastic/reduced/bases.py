@@ -182,8 +182,7 @@ def inertia_loads(model: ElasticModel) -> dict[str, Array]:
 
 def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:
     """(n, s + k) static shapes (n, s), then vibrations (n, k) without their static part."""
-    energies = shapes.T @ (K @ shapes)
-    sizes = np.sqrt(np.diag(energies))
+    sizes = np.sqrt(np.diag(shapes.T @ (K @ shapes)))
     if not sizes.all():
         _refuse_shapes(model)
     unit = shapes / sizes

@@ -320,8 +320,7 @@ def residual(p, q, v, a, x, r):
     c, s, spin, spin_rate, _ = motion(p, q, v, a, x)
     strain, power = elastic(p, x)
     F = part_of(x[T2], 0, int(p[COUNT]))
-    f = forces(p, spin, spin_rate, x, F)
-    write_forces(p, c, s, f, x, F, r)
+    write_forces(p, c, s, forces(p, spin, spin_rate, x, F), x, F, r)
     return strain, power
 
 

@@ -184,8 +184,7 @@ def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.nd
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
     """Numbers (m, ...), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
-    m = len(numbers)
-    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(m, -1)]).ravel()
+    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(len(numbers), -1)]).ravel()
 
 
 def groups_of(metric: np.ndarray) -> np.ndarray:

@@ -52,8 +52,7 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
 def _bulges(tangents: np.ndarray, chords: np.ndarray) -> np.ndarray:
     """Bulges of arcs by their first tangents and chords."""
     across = tangents[:, 0] * chords[:, 1] - tangents[:, 1] * chords[:, 0]
-    along = np.sum(tangents * chords, axis=1)
-    return np.asarray(np.tan(0.5 * np.arctan2(across, along)))
+    return np.asarray(np.tan(0.5 * np.arctan2(across, np.sum(tangents * chords, axis=1))))
 
 
 def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: np.ndarray) -> np.ndarray:

@@ -349,8 +349,7 @@ class OutlineContact(Part):
             pieces = [x for k in chain for x in piece_numbers(self.outline, k, nodes[0])]
             p = (*head, extent, float(len(chain)), *pieces)
             side = f"side{number}" if hollow else ""
-            name = self.names.get(side, side)
-            laws = normal, self.friction, name
+            laws = normal, self.friction, self.names.get(side, side)
             found.append(ContactContribution(self.name, outline_gap_kernel, coordinates, p, *laws))
         return found
 

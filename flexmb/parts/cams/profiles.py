@@ -349,8 +349,7 @@ def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> Clos
     if not isinstance(lift, Lift):
         raise InputError(f"{name}: lift is {lift!r}; it must be a Lift.")
     x, y = checks.point(name, "at", at)
-    pieces = [_interval(name, lift, piece, curve) for piece in lift.intervals()]
-    spans = np.concatenate(pieces)
+    spans = np.concatenate([_interval(name, lift, piece, curve) for piece in lift.intervals()])
     spans[:, :, 0] += (x, y)
     return ClosedCurve(spans[:, :, 0], spans)
 

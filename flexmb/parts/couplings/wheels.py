@@ -218,8 +218,7 @@ class Wheels(Part):
     def _axes(self, mechanism: Mechanism) -> list[Point]:
         """Centres of both wheels in the reference configuration [m]."""
         wheels = self.first, self.second
-        given = list(self.centres or (None, None))
-        pairs = zip(given, wheels, strict=True)
+        pairs = zip(self.centres or (None, None), wheels, strict=True)
         found: list[Any] = [c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in pairs]
         other, apart = found[0] or found[1], getattr(self, "distance", None)
         if not all(found):  # the ground, whose centre is a pin of the arm

@@ -130,8 +130,7 @@ class Guide(Joint):
     def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
         """The two constraint equations of a slider without clearance in `mechanism`."""
         coordinates, p, angle = self.geometry(mechanism)
-        second = coordinates[3:]
-        own = (*p, angle), 2, second, 1
+        own = (*p, angle), 2, coordinates[3:], 1
         return ConstraintContribution(self.name, guide_kernel, coordinates, *own, columns=OF_GUIDE, curved=BY_TURN)
 
     def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:

@@ -219,8 +219,7 @@ def _heights(branch: Branch, signal: str, value: str, points: tuple[BranchPoint,
     if len(points) and not np.isfinite(extremes).any():
         raise InputError(f"plot_branch: value is {value!r}, but extremes were not kept. Use follow(..., extremes=100).")
     low, high = extremes[:, 0], extremes[:, 1]
-    heights = {"min": low, "max": high, "amplitude": 0.5 * (high - low)}
-    return np.asarray(heights[value])
+    return np.asarray({"min": low, "max": high, "amplitude": 0.5 * (high - low)}[value])
 
 
 def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:

@@ -133,8 +133,7 @@ def joints_with_contacts(sol: Solution) -> list[str]:
     """Names of all joints with contacts, journals in bearings first."""
     named = [name.partition(".")[0] for name in sol.contacts.names]
     named += [name.rpartition(".")[0] for name in sol.names if name.endswith(".ex") and name.count(".") == 1]
-    joints = list(dict.fromkeys(named))
-    return sorted(joints, key=lambda joint: clearance_of(sol, joint) is None)
+    return sorted(dict.fromkeys(named), key=lambda joint: clearance_of(sol, joint) is None)
 
 
 def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
@@ -278,8 +277,7 @@ def energy_section(sol: Solution) -> Markup | None:
     for key, name in names.items():
         first, last = sol.array(name)[[0, -1]]
         rows.append([ENERGIES[key], number(first), number(last), number(sol.peak(name).value)])
-    heads = ["energy", "first", "last", "largest"]
-    made = table(CAPTION, heads, rows, numbers=[1, 2, 3])
+    made = table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3])
     share = None
     if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
         part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
