@@ -458,10 +458,8 @@ class RigidLink(Bar):
         """Findings on an odd radius of gyration, and on joints far beyond the ends."""
         radius = 0.0 if self.is_massless else math.sqrt(self.inertia / self.mass)
         if not self.is_massless and not GYRATIONS[0] <= radius / self.length <= GYRATIONS[1]:
-            text = (
-                f"{self.label} has a radius of gyration of {radius:.4g} m and a length of {self.length:.4g} m "
-                f"(mass {self.mass:.4g} kg, inertia {self.inertia:.4g} kg m^2)."
-            )
+            text = f"{self.label} has a radius of gyration of {radius:.4g} m and a length of"
+            text += f" {self.length:.4g} m (mass {self.mass:.4g} kg, inertia {self.inertia:.4g} kg m^2)."
             slender = self.mass * self.length * self.length / 12.0
             remedy = f"A slender bar of this mass has an inertia of {slender:.4g} kg m^2."
             yield found("odd-units", (self.name,), text, remedy, radius=radius, length=self.length)

@@ -581,10 +581,8 @@ def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
     size = curve.size
     if part.start == OPEN:
         if gap < -OVERLAP * size:
-            raise ModelError(
-                f"{part.label}: the curves overlap by {-gap:.4g} m in the reference configuration. Move one of the "
-                'bodies, or give start="touching", which puts the second one onto the curve.'
-            )
+            text = f"{part.label}: the curves overlap by {-gap:.4g} m in the reference configuration. Move one of the"
+            raise ModelError(f'{text} bodies, or give start="touching", which puts the second one onto the curve.')
         return
     if abs(gap) > FAR * size:
         word = "are" if gap > 0.0 else "overlap by"

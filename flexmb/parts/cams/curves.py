@@ -127,9 +127,8 @@ class ClosedCurve(Input):
         points = checked_points("ClosedCurve", self.points)
         spans = spline(points) if self.spans is None else np.array(self.spans, dtype=float)
         if spans.shape != (len(points), 2, 8) or not np.all(np.isfinite(spans)):
-            text = (
-                f"ClosedCurve: spans has the shape {spans.shape}; it must be ({len(points)}, 2, 8), of finite numbers"
-            )
+            text = f"ClosedCurve: spans has the shape {spans.shape};"
+            text += f" it must be ({len(points)}, 2, 8), of finite numbers"
             raise InputError(f"{text}, one span for each point. Leave spans out for a spline.")
         check_joined(points, spans)
         polygon = sampled(spans, SAMPLES)

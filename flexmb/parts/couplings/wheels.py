@@ -425,10 +425,8 @@ class Gear(Wheels):
         off = np.abs(apart - drawn)
         k = int(np.argmax(off))
         if off[k] > LARGE_PLAY * self.module_of(mechanism):
-            text = (
-                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart; "
-                f"its teeth mesh at {drawn:.4g} m."
-            )
+            text = f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label}"
+            text += f" are {apart[k]:.4g} m apart; its teeth mesh at {drawn:.4g} m."
             remedy = "An ideal pair holds its ratio at any distance: hold the axes, or give backlash= and normal=."
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], distance=apart[k])
 
@@ -546,10 +544,8 @@ class Rack(Part):
         across = np.cos(angle) * dy - np.sin(angle) * dx
         k = int(np.argmax(np.abs(across - radius)))
         if abs(across[k] - radius) > PARTED * abs(radius):
-            text = (
-                f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g} m from the "
-                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m."
-            )
+            text = f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g}"
+            text += f" m from the pitch line of {self.label}, whose radius is {abs(radius):.4g} m."
             remedy, numbers = "Hold the distance by a joint or guide.", {"distance": across[k], "radius": radius}
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], **numbers)
 

@@ -287,11 +287,9 @@ class RevoluteClearance(Joint):
         e = checks.point(self.label, "start", self.start)
         beyond = math.hypot(*e) - self.play
         if beyond > (TOUCHING - 1.0) * self.play:
-            raise InputError(
-                f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of "
-                f"{self.play:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex, ey), or "
-                'start="seated" for a journal that touches where gravity pulls it.'
-            )
+            text = f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of"
+            text += f" {self.play:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex,"
+            raise InputError(f'{text} ey), or start="seated" for a journal that touches where gravity pulls it.')
         object.__setattr__(self, "start", e)
 
     def validate(self, mechanism: Mechanism) -> None:
@@ -342,10 +340,8 @@ class RevoluteClearance(Joint):
         if depth > self.deep_from * radius:
             more = "more than " if math.isinf(depth) else ""
             depth = min(depth, radius)
-            text = (
-                f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label} into its "
-                f"bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
-            )
+            text = f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label}"
+            text += f" into its bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
             remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
             yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 
