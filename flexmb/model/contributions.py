@@ -92,15 +92,13 @@ class ElementContribution:
     def __post_init__(self) -> None:
         if (self.account or self.damping) is not None and self.energy is None:
             kind = "an account" if self.account else "a damping"
-            raise KernelError(
-                f"Part {self.part!r}: kernel {self.kernel.name!r} has {kind} kernel and no energy kernel. Give it "
-                "the energy kernel, too; or leave this kernel out: the work is counted as that of a load."
-            )
+            text = f"Part {self.part!r}: kernel {self.kernel.name!r} has {kind} kernel and no energy kernel."
+            text += " Give it the energy kernel, too;"
+            raise KernelError(f"{text} or leave this kernel out: the work is counted as that of a load.")
         if self.factor is not None and self.energy is not None:
-            raise KernelError(
-                f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what "
-                "changes in time keeps no energy. Leave the energy kernel out: the work is counted as that of a load."
-            )
+            text = f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel;"
+            text += " what changes in time keeps no energy."
+            raise KernelError(f"{text} Leave the energy kernel out: the work is counted as that of a load.")
 
 
 class ElementKernels(NamedTuple):

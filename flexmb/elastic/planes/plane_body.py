@@ -291,10 +291,9 @@ class PlaneBody(MeshBody):
         gap = planar.distance((pins[0].x, pins[0].y), point)
         if gap > SAME_LENGTH * self.mesh.size:
             listed = ", ".join(f"{pin.name} at ({pin.x:.6g}, {pin.y:.6g})" for pin in pins[:8])
-            raise InputError(
-                f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no pin of {self.label}; it lies {gap:.3g} m from "
-                f"the nearest. Pins: {listed}. Move the point there, or name a set of the mesh there as a pin."
-            )
+            text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no pin of {self.label};"
+            text += f" it lies {gap:.3g} m from the nearest. Pins: {listed}."
+            raise InputError(f"{text} Move the point there, or name a set of the mesh there as a pin.")
         return Attachment(self.name, pins[0].name, (0.0, 0.0))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:

@@ -435,10 +435,9 @@ class RigidLink(Bar):
         node = self.nodes()[0]
         along, across = planar.to_frame((node.x, node.y), self.angle, point)
         if abs(across) > AXIS_TOLERANCE * self.length:
-            raise InputError(
-                f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {abs(across):g} m off the axis of {self.label}. "
-                "Move the point onto the axis, or use RigidBody for a body with joints anywhere."
-            )
+            text = f"{owner}: the point ({point[0]:g}, {point[1]:g})"
+            text += f" lies {abs(across):g} m off the axis of {self.label}."
+            raise InputError(f"{text} Move the point onto the axis, or use RigidBody for a body with joints anywhere.")
         return Attachment(self.name, "", (along, across))
 
     def start_velocity(self) -> tuple[float, float, float] | None:

@@ -488,15 +488,13 @@ class CurveOnCurve(Pair):
         curve, other = self._ordered()[1::2]
         least, _, (x, y) = curve.extreme_curvature()
         if isinstance(other, Line) and least <= 0.0:
-            raise InputError(
-                f"{self.label}: the curve is not convex near ({x:.6g}, {y:.6g}) m (curvature {least:.4g} 1/m), so a "
-                "straight face bridges that place. Use a roller (CircularCurve), or another profile."
-            )
+            text = f"{self.label}: the curve is not convex near ({x:.6g},"
+            text += f" {y:.6g}) m (curvature {least:.4g} 1/m), so a straight face bridges that place."
+            raise InputError(f"{text} Use a roller (CircularCurve), or another profile.")
         if isinstance(other, CircularCurve) and least * other.radius <= -1.0:
-            raise InputError(
-                f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near "
-                f"({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Use a smaller roller."
-            )
+            text = f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near ({x:.6g},"
+            text += f" {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut)."
+            raise InputError(f"{text} Use a smaller roller.")
 
         if isinstance(other, ClosedCurve):
             self._check_fit(curve, other)
@@ -506,10 +504,9 @@ class CurveOnCurve(Pair):
         """Refuse a hollow of `curve` that no place of `other` fits into."""
         (least, _, (x, y)), largest = curve.extreme_curvature(), other.extreme_curvature()[1]
         if least <= -largest:
-            raise InputError(
-                f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit into the "
-                f"hollow near ({x:.6g}, {y:.6g}) m, of radius {-1.0 / least:.4g} m (undercut). Change one of them."
-            )
+            text = f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit"
+            text += f" into the hollow near ({x:.6g}, {y:.6g}) m, of radius {-1.0 / least:.4g} m (undercut)."
+            raise InputError(f"{text} Change one of them.")
 
     def _ordered(self) -> tuple[Part, Any, Part, Any]:
         """Bodies and curves with a closed curve first."""

@@ -138,10 +138,9 @@ class Outline(Input):
             raise InputError(f"{name}: curve is {curve!r}; it must be a ClosedCurve.")
         found = biarcs(curve.array, checks.positive(name, "tolerance", tolerance, "m"))
         if found is None:
-            raise InputError(
-                f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m; it needs more than 128 "
-                "arcs between two points. Use CurveOnCurve, which takes the curve itself, or a larger tolerance."
-            )
+            text = f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m;"
+            text += " it needs more than 128 arcs between two points."
+            raise InputError(f"{text} Use CurveOnCurve, which takes the curve itself, or a larger tolerance.")
         return cls(*found)
 
     def __repr__(self) -> str:

@@ -319,10 +319,9 @@ class OutlineContact(Part):
         for k, (x, y) in enumerate(self.outline.points):
             radius = self.outline.radius(k)
             if -self.circle.radius <= radius < 0.0:
-                raise InputError(
-                    f"{self.label}: the circle of radius {self.circle.radius:g} m does not fit into the hollow arc "
-                    f"from ({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m. Use a smaller circle, or a wider arc."
-                )
+                text = f"{self.label}: the circle of radius {self.circle.radius:g} m does not fit into"
+                text += f" the hollow arc from ({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m."
+                raise InputError(f"{text} Use a smaller circle, or a wider arc.")
 
     @property
     def pin_radius(self) -> float:
@@ -437,9 +436,10 @@ class OutlineOnOutline(Part):
         try:
             self.normal.parameters()
         except InputError as error:
+            text = f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii,"
+            text += " which corners have not."
             raise InputError(
-                f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii, which corners have "
-                "not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
+                f"{text} Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
             ) from error
         rounds_of = [(name, chains) for name, _, _, chains in self._contacts()]
         labels = [_label(name, side, chains) for name, chains in rounds_of for side, _ in enumerate(chains, 1)]

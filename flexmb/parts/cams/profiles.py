@@ -363,10 +363,9 @@ def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
         px, py, sound = curve(turn, from_derivatives(lift.derivatives(piece, angles)))
         if not np.all(sound > 0.0):
             k = int(np.argmin(np.where(np.isnan(sound), -np.inf, sound)))
-            raise InputError(
-                f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees): the "
-                "profile would cross itself there. Make the base radius larger, the rise slower, or the roller smaller."
-            )
+            text = f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees):"
+            text += " the profile would cross itself there."
+            raise InputError(f"{text} Make the base radius larger, the rise slower, or the roller smaller.")
         return np.stack([derivatives_of(px), derivatives_of(py)], axis=1)
 
     count = FEWEST_SPANS

@@ -390,10 +390,9 @@ class Gear(Wheels):
         (z1, z2), distance = self.teeth, self._distance(mechanism)
         sum_of_teeth = abs(z2 - z1) if self.internal else z1 + z2
         if self.module is not None and abs(0.5 * self.module * sum_of_teeth - distance) > FITS * distance:
-            raise ModelError(
-                f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2} teeth with module "
-                f"{self.module:g} m need {0.5 * self.module * sum_of_teeth:g} m. Move an axis, or change the wheels."
-            )
+            text = f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2}"
+            text += f" teeth with module {self.module:g} m need {0.5 * self.module * sum_of_teeth:g} m."
+            raise ModelError(f"{text} Move an axis, or change the wheels.")
         return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
 
     def module_of(self, mechanism: Mechanism) -> float:
@@ -452,10 +451,9 @@ class Gear(Wheels):
         first, second = one.node(one.main), two.node(two.main)
         apart, wanted = planar.distance((first.x, first.y), (second.x, second.y)), abs(r1 + r2)
         if GROUND.name in (self.first.name, self.second.name) or abs(apart - wanted) > FITS * wanted:
-            raise ModelError(
-                f"{self.label}: with backlash both wheels must be bodies whose centres of mass lie on their axes, "
-                f"{wanted:g} m apart; they are {apart:g} m apart. Use a heavy body on a Fixed joint for a ring at rest."
-            )
+            text = f"{self.label}: with backlash both wheels must be bodies whose centres of mass lie on their axes,"
+            text += f" {wanted:g} m apart; they are {apart:g} m apart."
+            raise ModelError(f"{text} Use a heavy body on a Fixed joint for a ring at rest.")
         pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
         if backlash >= 0.5 * pitch:
             text = f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together;"

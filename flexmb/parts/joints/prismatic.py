@@ -244,10 +244,9 @@ class Clamp(Joint):
         given = {name: getattr(self, name) for name, *_ in ROWS}
         for name, motion in given.items():
             if motion is not None and not motion.is_smooth:
-                raise InputError(
-                    f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps; a clamp would "
-                    "need an infinite force to follow. Move it with Table, Ramp or CycloidalRamp."
-                )
+                text = f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps;"
+                text += " a clamp would need an infinite force to follow."
+                raise InputError(f"{text} Move it with Table, Ramp or CycloidalRamp.")
         if all(motion is None for motion in given.values()):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 

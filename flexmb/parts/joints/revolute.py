@@ -296,10 +296,9 @@ class RevoluteClearance(Joint):
         """Refuse a seated journal without gravity."""
         super().validate(mechanism)
         if self.start == SEATED and math.hypot(*mechanism.gravity) <= 0.0:
-            raise InputError(
-                f"{self.label}: start is 'seated', but mechanism {mechanism.name!r} has no gravity that pulls the "
-                "journal anywhere. Say where it stands with start=(ex, ey) in m, or give gravity=(0, -9.81)."
-            )
+            text = f"{self.label}: start is 'seated',"
+            text += f" but mechanism {mechanism.name!r} has no gravity that pulls the journal anywhere."
+            raise InputError(f"{text} Say where it stands with start=(ex, ey) in m, or give gravity=(0, -9.81).")
 
     def eccentricity(self, mechanism: Mechanism) -> tuple[float, float]:
         """Centre of the journal seen from that of the bearing at the start of `mechanism` [m]."""
