@@ -159,9 +159,7 @@ class Reaction:
     )
     rate: str = field('signal of the part, of a signal kernel, that multiplies the force; "": none', default="")
     on: tuple[int, ...] = field("coordinates whose forces are added up; empty: the force of the equation", default=())
-    power: bool = field(
-        "whether each of these forces is multiplied by the velocity of its coordinate [W]", default=False
-    )
+    power: bool = field("whether each of these forces is multiplied by its velocity [W]", default=False)
 
 
 @record
@@ -254,9 +252,7 @@ class SignalContribution:
         'parameter times its factor is added or subtracted; "": nothing',
         default="",
     )
-    place: str = field(
-        'signal of the number of the place, with its value at the peak of this one; "": none', default=""
-    )
+    place: str = field('signal of the number of the place, told at the peak of this one; "": none', default="")
 
 
 def signal_contributions(

@@ -149,9 +149,7 @@ class PlaneBody(MeshBody):
     end: Point | None = field('point of the pin "end", as far from "start" as in the mesh', "m", point, default=None)
     at: Point | None = field("point of the mesh's origin, in place of start and end", "m", point, default=None)
     angle: float = field("direction of the mesh's x-axis, beside `at`", "rad", default=0.0)
-    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...] = field(
-        "across the plane, or by region", "m"
-    )
+    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...] = field("of the plane, or by region", "m")
     material: Material | Mapping[str, Material] | tuple[tuple[str, Material], ...] = field("material, or by region")
     state: str = field('"stress" or "strain", see above', rule=one_of(STRESS, STRAIN), default=STRESS)
     pins: tuple[str, ...] | None = field("names of sets; None: all sets that are a whole hole", default=None)

@@ -94,9 +94,7 @@ def around_nodes(cells: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray
     return np.asarray(np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count))
 
 
-def nodal_stresses(
-    points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, x: np.ndarray
-) -> np.ndarray:
+def nodal_stresses(points: Array, cells: Array, kind: str, materials: Array, x: Array) -> Array:
     """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants."""
     # `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
     # d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
@@ -110,9 +108,7 @@ def nodal_stresses(
     return found
 
 
-def linear_stresses(
-    points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, u: np.ndarray
-) -> np.ndarray:
+def linear_stresses(points: Array, cells: Array, kind: str, materials: Array, u: Array) -> Array:
     """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m], no rotations."""
     areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
     found = np.zeros((len(u), len(points), 4))

@@ -51,13 +51,7 @@ from flexmb.elastic.reduced.kernel import (
 from flexmb.engine.compiled.arrays import block_of, part_of, row_of, stack_matrix
 from flexmb.errors import InputError
 from flexmb.kernels import element_kernel, fast, signal_kernel
-from flexmb.model.contributions import (
-    MULTIPLIES,
-    Contribution,
-    ElementContribution,
-    Node,
-    signal_contributions,
-)
+from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, Node, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.parts.loads.mesh_loads import MeshLoad
 from flexmb.planar import Array

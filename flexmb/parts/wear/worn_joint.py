@@ -43,9 +43,7 @@ class Wear(Input, Shown):
     _: KW_ONLY
     bearing: float = field("coefficient of the bearing, guide or slot", "1/Pa", not_negative, default=0.0)
     journal: float = field("coefficient of the journal", "1/Pa", not_negative, default=0.0)
-    bins: int = field(
-        "number of angles or places at which the depth of a surface is known", rule=count(FEWEST_BINS), default=360
-    )
+    bins: int = field("number of angles or places of known depth", rule=count(FEWEST_BINS), default=360)
     width: float | None = field(
         "width of both surfaces; None: that of the film, or the diameter of the bearing", "m", positive, default=None
     )
