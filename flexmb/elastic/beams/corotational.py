@@ -34,8 +34,6 @@ Equations (3.1) to (3.7) of docs/theory/inertia.md.
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from flexmb import checks
 from flexmb.kernels import (
     account_kernel,
@@ -46,6 +44,7 @@ from flexmb.kernels import (
     force_kernel,
     tangent_kernel,
 )
+from flexmb.model.contributions import ElementKernels
 
 # Circular arcs between two points, as the unstressed shape of beams and of their elements
 
@@ -83,15 +82,6 @@ def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> li
         c, d = share * math.cos(0.5 * (s - 1.0) * turn), share * math.sin(0.5 * (s - 1.0) * turn)
         found.append((x + c * dx - d * dy, y + d * dx + c * dy))
     return found
-
-
-def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np.ndarray:
-    """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad]."""
-    # `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
-    # `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
-    half = 0.5 * turn * lengths / lengths.sum()
-    chords = lengths * np.sinc(half / math.pi)
-    return np.stack([chords + lengths / 30.0 * half * half * bow.sum(axis=1), -half, half], axis=1)
 
 
 # The chord of a beam element: its parameters, its deformation against the chord, and the rates of both
@@ -493,3 +483,6 @@ def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     mass_times(p, u, v, Mv)
     mass_times(p, u, y, My)
     return energies(p, q, u, longer, d1, d2)
+
+
+BEAM = ElementKernels(beam_kernel, beam_energy, beam_force, beam_tangent, beam_account, beam_damping)

@@ -23,7 +23,7 @@ from flexmb.engine.compiled.arrays import stack_space
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.model.shape import MeshShape
-from flexmb.planar import Array
+from flexmb.planar import Array, Indices
 
 
 def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> MeshShape:
@@ -94,7 +94,7 @@ def around_nodes(cells: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray
     return np.asarray(np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count))
 
 
-def nodal_stresses(points: Array, cells: Array, kind: str, materials: Array, x: Array) -> Array:
+def nodal_stresses(points: Array, cells: Indices, kind: str, materials: Array, x: Array) -> Array:
     """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants."""
     # `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
     # d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
@@ -108,7 +108,7 @@ def nodal_stresses(points: Array, cells: Array, kind: str, materials: Array, x: 
     return found
 
 
-def linear_stresses(points: Array, cells: Array, kind: str, materials: Array, u: Array) -> Array:
+def linear_stresses(points: Array, cells: Indices, kind: str, materials: Array, u: Array) -> Array:
     """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m], no rotations."""
     areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
     found = np.zeros((len(u), len(points), 4))

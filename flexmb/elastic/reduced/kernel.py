@@ -42,6 +42,7 @@ import math
 from flexmb.elastic.beams.corotational import turned_back
 from flexmb.engine.compiled.arrays import block_of, entry_of, item_of, part_of, row_of, stack_matrix
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.model.contributions import ElementKernels
 
 # Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is a D,
 # stiffness-proportional damping time, g, m and int rho X.
@@ -675,3 +676,6 @@ def reduced_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     mass_times(p, c, s, x, v, Mv)
     mass_times(p, c, s, x, y, My)
     return strain, gravity_energy(p, q, c, s, x), power
+
+
+REDUCED = ElementKernels(reduced_kernel, reduced_energy, reduced_force, reduced_tangent, reduced_account)

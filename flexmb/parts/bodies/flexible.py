@@ -17,19 +17,13 @@ from flexmb.elastic.beams.corotational import (
     B11,
     B12,
     B22,
+    BEAM,
     LENGTH,
     OFFSET1,
     OFFSET2,
-    beam_account,
-    beam_damping,
-    beam_energy,
-    beam_force,
-    beam_kernel,
-    beam_tangent,
     chord_share,
     points,
     tangents,
-    unstressed_elements,
 )
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
@@ -37,7 +31,7 @@ from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
-from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
+from flexmb.model.contributions import Contribution, Node, SignalContribution, node_coordinates
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
 from flexmb.parts.bodies.rigid import checked_velocity, mean_mass, node_mass
@@ -322,7 +316,12 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
 
 def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
     """l0, u10, u20 of the elements of a beam (n, 3); see `flexmb.elastic.beams.corotational`."""
-    return unstressed_elements(data.lengths, data.bow, beam.turn) if beam.turn else np.array(data.straight)
+    if not beam.turn:
+        return np.array(data.straight)
+    half = 0.5 * beam.turn * data.lengths / data.lengths.sum()
+    chords = data.lengths * np.sinc(half / math.pi)
+    free = chords + data.lengths / 30.0 * half * half * data.bow.sum(axis=1)
+    return np.stack([free, -half, half], axis=1)
 
 
 def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:
@@ -339,11 +338,7 @@ def beam_pieces(
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            element = ElementContribution(
-                part, beam_kernel, (*first, *second), p,
-                energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account, damping=beam_damping,
-            )  # fmt: skip
-            contributions.append(element)
+            contributions.append(BEAM.contribution(part, (*first, *second), p))
     return contributions
 
 
