@@ -81,10 +81,10 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     nodes = np.asarray(connected_components(links, directed=False)[1].astype(np.int64))
     cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
-    quads = kind.startswith("quad")
-    cells = cells[:, : KINDS[kind].nodes] if quads else halved(points[_first_of(nodes)], cells, kind)
+    points = points[np.unique(nodes, return_index=True)[1]]
+    cells = cells[:, : KINDS[kind].nodes] if kind.startswith("quad") else halved(points, cells, kind)
     used, numbers = np.unique(cells, return_inverse=True)
-    return PlaneMesh(points[_first_of(nodes)][used], numbers.reshape(cells.shape), kind, name=name)
+    return PlaneMesh(points[used], numbers.reshape(cells.shape), kind, name=name)
 
 
 def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneMesh:
@@ -95,11 +95,6 @@ def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneM
 def on_circle(points: Array, centre: Sequence[float], radius: float) -> npt.NDArray[np.bool_]:
     """Whether points lie on a circle."""
     return np.asarray(np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius)
-
-
-def _first_of(nodes: Indices) -> Indices:
-    """First point of each node."""
-    return np.unique(nodes, return_index=True)[1]
 
 
 def _cells_of(grid: Array) -> Indices:
@@ -625,14 +620,6 @@ class _Eye:
         top = y + self.slope * (r - x)
         return [segment((x, -y), (r, -top)), segment((r, -top), (r, top)), segment((r, top), (x, y))]
 
-    def neck_counts(self, curves: Sequence[Curve], across: int) -> list[int]:
-        """Numbers of cells along the curves of the neck."""
-        if len(curves) == 1:
-            return [across]
-        x = float(curves[0](np.zeros(1))[0, 0])
-        side = max(1, cells_along(self.radius - x, self.size))
-        return [side, across, side]
-
     def neck(self, across: int) -> Array:
         """Nodes (2 across + 1, 2) where the shank begins, from below."""
         curves = self.neck_curves()
@@ -643,14 +630,17 @@ class _Eye:
         """Grid of the eye: from the hole along rays to the outline and to the neck."""
         opening, neck = self.opening, self.neck_curves()
         around = cells_along(2.0 * (math.pi - opening) * self.radius, self.size)
-        curves, counts = [*neck], self.neck_counts(neck, across)
+        counts = [across]
+        if len(neck) > 1:
+            side = max(1, cells_along(self.radius - float(neck[0](np.zeros(1))[0, 0]), self.size))
+            counts = [side, across, side]
         outline, cells = [arc((0.0, 0.0), self.radius, opening, 2.0 * math.pi - opening)], [max(4, around)]
         if self.arcs is not None:
             ends = self.arcs[0](np.arange(2.0))
             turn = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(ends[1] - ends[0])) / self.fillet))
             along = max(2, math.ceil(turn / LARGEST_TURN), cells_along(turn * self.fillet, self.size))
             outline, cells = [self.arcs[0], *outline, self.arcs[1]], [along, *cells, along]
-        outer = sampled([*curves, *outline], [*counts, *cells])
+        outer = sampled([*neck, *outline], [*counts, *cells])
         angle = np.arctan2(outer[:, 1], outer[:, 0])
         inner = self.hole * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         return ruled(inner, outer, cells_along(self.reach - self.hole, self.size))

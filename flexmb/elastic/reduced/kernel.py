@@ -73,12 +73,6 @@ def direction(p, k):
 
 
 @fast
-def end_of(p):
-    """Number of the parameters of the element."""
-    return direction(p, int(p[DIRECTIONS]))
-
-
-@fast
 def square(p, k):
     """Index in p of the first entry of the matrix Q of a direction."""
     return direction(p, k) + ROWS_OF_DIRECTION * int(p[COUNT])

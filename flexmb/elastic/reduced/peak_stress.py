@@ -15,7 +15,18 @@ import math
 import numpy as np
 
 from flexmb.elastic.planes.stress import von_mises_square
-from flexmb.elastic.reduced.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
+from flexmb.elastic.reduced.kernel import (
+    COUNT,
+    DIRECTIONS,
+    MOST,
+    QD,
+    T1,
+    T2,
+    deformation,
+    direction,
+    frame_of,
+    shortened,
+)
 from flexmb.engine.compiled.arrays import part_of, stack_matrix, stack_space, stack_vector
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
@@ -108,7 +119,7 @@ def largest_stress(p, q, least, x):
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, y)
-    begin = end_of(p)
+    begin = direction(p, int(p[DIRECTIONS]))  # behind the parameters of the element
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
     blocks, step = -(-groups // LANES), LANES * n + n * size
     of_blocks, bounds = stack_space(blocks), stack_space(groups)

@@ -43,12 +43,6 @@ def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
     return np.asarray(np.einsum("nai,iu->nua", spans, powers))
 
 
-def reversed_spans(spans: np.ndarray) -> np.ndarray:
-    """Spans (n, 2, 8) of a curve traversed the other way."""
-    flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
-    return np.asarray(np.einsum("ij,naj->nai", flip, spans)[::-1])
-
-
 def area(points: np.ndarray) -> float:
     """Area of a polygon (n, 2), > 0 for a counter-clockwise one."""
     x, y = points.T

@@ -249,16 +249,12 @@ def legend(figure: Figure, scene: Scene) -> None:
         more = len(handles) - MOST_NAMES + 1
         handles = [*handles[: MOST_NAMES - 1], mpl.lines.Line2D([], [], linestyle="", label=f"and {more} more")]
     if handles:
-        columns = _columns([len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0])
+        lengths, width = [len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0]
+        spaces = (
+            (k, sum(0.62 + 0.085 * max(one) for one in np.array_split(lengths, k))) for k in range(len(lengths), 1, -1)
+        )
+        columns = next((k for k, space in spaces if space <= width), 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
-
-
-def _columns(lengths: list[int], width: float) -> int:
-    """Largest number of columns of a legend that fit into a width [inch], for the lengths of its texts."""
-    for columns in range(len(lengths), 1, -1):
-        if sum(0.62 + 0.085 * max(column) for column in np.array_split(lengths, columns)) <= width:
-            return columns
-    return 1
 
 
 UNITS = {"x": "m", "y": "m", "theta": "rad"}

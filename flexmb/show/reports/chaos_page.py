@@ -52,18 +52,15 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
         data["history"] = html.floats(history)
     heading = str(root.attrs["name"]) if title is None else title
     main = _main(root, has_motion=motion is not None)
-    return html.write_page(path, heading, _key_numbers(root), LINKS, main, SCRIPTS, data)
+    verdict = html.tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
+    points = f"{root.sizes['period']} periods of {html.quantity(float(root.attrs['period']), 's')}"
+    text = f", {points} after {root.attrs['skip']} skipped ones"
+    state = html.state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
+    return html.write_page(path, heading, state, LINKS, main, SCRIPTS, data)
 
 
 def _columns(dataset: xr.Dataset, names: Sequence[str]) -> np.ndarray:
     return np.stack([dataset[name].values for name in names], axis=1).astype(float)
-
-
-def _key_numbers(root: xr.Dataset) -> html.Markup:
-    verdict = html.tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
-    points = f"{root.sizes['period']} periods of {html.quantity(float(root.attrs['period']), 's')}"
-    text = f", {points} after {root.attrs['skip']} skipped ones"
-    return html.state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
 
 
 def _main(root: xr.Dataset, *, has_motion: bool) -> html.Markup:
