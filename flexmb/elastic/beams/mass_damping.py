@@ -112,6 +112,15 @@ def put_force(p, q, v, r):
 
 
 @compiled
+def damping_power(p, q, v):
+    """Power of damping [W]."""
+    g, u, f, n = scratch(), scratch(), scratch(), q.shape[0]
+    deformation_rate(p, q, v, g, u)
+    mass_times(p, n, u, f)
+    return p[ZETA] * dot(n, u, f)
+
+
+@compiled
 def fill_blocks(p, rate, K, C):
     """C = S^T m S and K = rate S^T m D S."""
     n = K.shape[0]
@@ -223,10 +232,7 @@ def mass_damping_force(p, t, h, q, v, a, z, r, z_new):
 @energy_kernel
 def mass_damping_energy(p, t, q, v):
     """Energies: nothing stored, and the power of damping."""
-    g, u, f, n = scratch(), scratch(), scratch(), q.shape[0]
-    deformation_rate(p, q, v, g, u)
-    mass_times(p, n, u, f)
-    return 0.0, 0.0, p[ZETA] * dot(n, u, f)
+    return 0.0, 0.0, damping_power(p, q, v)
 
 
 @account_kernel

@@ -98,6 +98,19 @@ def sums(p, ex, ey, vx, vy, w):
     return m0, m1, m2 + ex * m1 - ey * m0, drag, ax * m0 + ay * m1 + az * m2 + drag * w * w
 
 
+@compiled
+def extremes(p, ex, ey, vx, vy, w):
+    """Least gap, largest P, sum of all s > 0."""
+    X, Y, gaps, slopes = tables(p)
+    least, peak, flow = math.inf, 0.0, 0.0
+    for i in range(X.shape[0]):
+        gap = gaps[i] - ex * X[i] - ey * Y[i]
+        h, _ = thickness(gap, p[HEIGHT])
+        s = max(X[i] * vx + Y[i] * vy - 0.5 * w * (slopes[i] + ex * Y[i] - ey * X[i]), 0.0)
+        least, peak, flow = min(least, gap), max(peak, p[FORCE] * s / (h * h * h)), flow + s
+    return least, peak, flow
+
+
 @summing
 def stiffness(p, ex, ey, vx, vy, w):
     """Sums of W y y' with P = W s, of dP/dh y u', and derivatives of the drag by e."""
@@ -203,14 +216,7 @@ def worn_film_signal(p, t, q, v, a):
     last = p.shape[0] - 1
     which, area = int(p[last]), p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
     if which in (THICKNESS, PEAK_PRESSURE, SIDE_FLOW):
-        # Least gap, largest P, sum of all s > 0
-        X, Y, gaps, slopes = tables(p)
-        least, peak, flow = math.inf, 0.0, 0.0
-        for i in range(X.shape[0]):
-            gap = gaps[i] - ex * X[i] - ey * Y[i]
-            h, _ = thickness(gap, p[HEIGHT])
-            s = max(X[i] * vx + Y[i] * vy - 0.5 * w * (slopes[i] + ex * Y[i] - ey * X[i]), 0.0)
-            least, peak, flow = min(least, gap), max(peak, p[FORCE] * s / (h * h * h)), flow + s
+        least, peak, flow = extremes(p, ex, ey, vx, vy, w)
         return least if which == THICKNESS else (1.5 * peak / area if which == PEAK_PRESSURE else flow * area)
     m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
     if which == POWER:
