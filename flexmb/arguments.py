@@ -3,7 +3,7 @@
 import inspect
 import re
 from abc import ABCMeta
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import FrozenInstanceError
 from functools import cache, cached_property, wraps
 from inspect import Parameter, Signature, signature
@@ -32,15 +32,11 @@ def joined(texts: Mapping[str, str]) -> str:
 def parameters(thing: Any) -> dict[str, str]:
     """Entries of the section "Parameters" of a function or class by name, each as text on one line."""
     found: dict[str, str] = {}
-    for entry in _entries(sections(inspect.getdoc(thing) or "")):
+    listed = sections(inspect.getdoc(thing) or "").get("Parameters", "")
+    for entry in filter(None, re.split(r"\n(?=\S)", listed)):
         names, _, text = entry.partition(":")
         found |= dict.fromkeys((name.strip() for name in names.split(",")), " ".join(text.split()))
     return found
-
-
-def _entries(parts: Mapping[str, str]) -> Iterator[str]:
-    """Entries of the section "Parameters", as they are written."""
-    yield from filter(None, re.split(r"\n(?=\S)", parts.get("Parameters", "")))
 
 
 # Names that other packages give to arguments of `Adaptive`.

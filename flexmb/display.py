@@ -100,8 +100,7 @@ def cut(text: str, lines: int = 1, indent: str = "  ") -> str:
     """A text wrapped to lines of 110 characters, the last of which ends with "..." where there is more."""
     # `indent` are the first characters of all lines but the first one.
     how: Any = {"max_lines": lines, "placeholder": " ...", "break_on_hyphens": False}
-    whole = textwrap.wrap(text, WIDTH, subsequent_indent=indent, **how)
-    return "\n".join(whole)
+    return "\n".join(textwrap.wrap(text, WIDTH, subsequent_indent=indent, **how))
 
 
 def listed(names: Iterable[str], most: int = 10) -> str:

@@ -222,28 +222,24 @@ class Input(Checked):
 
     @collecting
     def __post_init__(self) -> None:
-        check_fields(self, getattr(self, "label", type(self).__name__))
-
-
-def check_fields(record: Any, owner: str) -> None:
-    """Check all fields of a record; numbers without a rule must be finite."""
-    kind: Any = type(record)
-    unusable = None
-    for field in fields_of(kind):
-        value = getattr(record, field.name)
-        if value is None and field.optional:
-            continue
-        try:
-            kept = _kept(field, owner, value)
-        except InputError as error:
-            unusable = unusable or error
-            checks.refuse(str(error))
-        else:
-            refused = isinstance(kept, float) and not math.isfinite(kept)
-            if kept is not value and not refused:
-                object.__setattr__(record, field.name, kept)
-    if unusable:
-        raise unusable
+        owner = getattr(self, "label", type(self).__name__)
+        kind: Any = type(self)
+        unusable = None
+        for field in fields_of(kind):
+            value = getattr(self, field.name)
+            if value is None and field.optional:
+                continue
+            try:
+                kept = _kept(field, owner, value)
+            except InputError as error:
+                unusable = unusable or error
+                checks.refuse(str(error))
+            else:
+                refused = isinstance(kept, float) and not math.isfinite(kept)
+                if kept is not value and not refused:
+                    object.__setattr__(self, field.name, kept)
+        if unusable:
+            raise unusable
 
 
 def _kept(field: Field, owner: str, value: Any) -> Any:

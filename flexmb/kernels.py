@@ -45,8 +45,6 @@ rates and height are of own differential equations with the state x (`dynamics.s
 state, or the state after a jump; distance from a wall.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import pickle

@@ -32,8 +32,6 @@ def lazy_names(
 
     def get(name: str) -> Any:
         if former is not None and name in former:
-            from flexmb.namespace import warn_of_former  # noqa: PLC0415 - `import flexmb` stays fast
-
             warn_of_former(module, name, *former[name])
             return get(former[name][0])
         if name not in homes:
@@ -85,13 +83,18 @@ IMPORTED = states()  # state of each source file when the package was imported
 CHANGED = "files of flexmb have changed since it was imported; start Python anew"
 
 
-INNER = ("flexmb", "numpy")  # packages between a former name and the line of its user
+INNER = ("flexmb", "numpy", "dataclasses")  # packages between what is told and the line of its user
+
+
+def level_of_user() -> int:
+    """Stack level, seen from the caller of this function, of the first caller that is not flexmb."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in INNER:
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def warn_of_former(label: str, old: str, now: str, goes: str) -> None:
     """Warn at the line of the user that `old` is called `now`, and `goes` with a version."""
-    frame, level = sys._getframe(), 1
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in INNER:
-        frame, level = frame.f_back, level + 1
     text = f"{label}: {old} is called {now} now; the former name goes with version {goes}."
-    warnings.warn(text, DeprecationWarning, stacklevel=level)
+    warnings.warn(text, DeprecationWarning, stacklevel=level_of_user())

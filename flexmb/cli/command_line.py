@@ -105,5 +105,4 @@ def _dispatch(given: list[str]) -> int:
     source = source.with_changes(options.set)
     if command.takes == SOURCE:
         return int(call(source, maker_options, options))
-    keywords = keywords_of(options, maker_options)
-    return int(call(source.mechanism(keywords), source.name, options))
+    return int(call(source.mechanism(keywords_of(options, maker_options)), source.name, options))

@@ -141,7 +141,19 @@ def without_output(arguments: Sequence[str]) -> list[str]:
 def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
     """Keywords of `simulate` for times, steps, method and restart."""
     restart = {} if options.restart is None else {"restart": load(options.restart).restart}
-    return {**_times(mechanism, options), **solver_of(options), **restart}
+    # End of the run and begin of saving, as keywords of `simulate`
+    keywords: dict[str, Any] = {}
+    for name, unit in {"t_end": "s", "periods": "", "save_from_period": ""}.items():
+        if vars(options)[name] is not None:
+            keywords[name] = quantity(vars(options)[name], unit, f"--{name.replace('_', '-')}")
+    if options.save is not None:
+        keywords["save"] = _saved(options.save)
+    if options.t_end is None and options.periods is None:
+        if not periods_of(mechanism):
+            text = f"Mechanism {mechanism.name!r} has no periodic drive"
+            raise InputError(f"{text}. Say how long it shall run: --t-end 1s.")
+        keywords["periods"] = PERIODS
+    return {**keywords, **solver_of(options), **restart}
 
 
 def periods_of(mechanism: Mechanism) -> list[float]:
@@ -158,22 +170,6 @@ def method_of(text: str) -> Newmark | RungeKutta4 | DormandPrince:
     if name not in WITH_NUMBER:
         raise InputError(f"--method: {name!r} takes no number; write --method {name}.")
     return make(quantity(number, "", f"--method {name}:"))
-
-
-def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
-    """End of the run and begin of saving, as keywords of `simulate`."""
-    keywords: dict[str, Any] = {}
-    for name, unit in {"t_end": "s", "periods": "", "save_from_period": ""}.items():
-        if vars(options)[name] is not None:
-            keywords[name] = quantity(vars(options)[name], unit, f"--{name.replace('_', '-')}")
-    if options.save is not None:
-        keywords["save"] = _saved(options.save)
-    if options.t_end is None and options.periods is None:
-        if not periods_of(mechanism):
-            text = f"Mechanism {mechanism.name!r} has no periodic drive"
-            raise InputError(f"{text}. Say how long it shall run: --t-end 1s.")
-        keywords["periods"] = PERIODS
-    return keywords
 
 
 def _saved(text: str) -> int | float | str:

@@ -1,11 +1,9 @@
 """Commands that study a motion: `flexmb sweep` over one parameter, `flexmb chaos` by its exponents."""
 
-from __future__ import annotations
-
 import argparse
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +21,6 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.show.reports.chaos_page import write_chaos
 from flexmb.show.reports.report import report
 from flexmb.units import quantity
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RANGE = "FROM:TO:NUMBER, e.g. 0.5pi:2.5pi:50, or values with commas between them"
 # Options that are arguments of `bifurcation` and of `chaos.report`.
@@ -63,7 +58,13 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
         written.append(report(diagram, folder / "bifurcation.html"))
     bad = ~diagram["ok"].values
     failed = f"{bad.sum()} of {bad.size} points failed; the first one: " if bad.any() else ""
-    tell(_summary(diagram), written, failed and failed + diagram["status"].values[bad][0])
+    # Number of points by verdict, as a text
+    verdicts = Counter(str(verdict) or "failed" for verdict in diagram["verdict"].values.ravel())
+    parameter = diagram.attrs["parameter"]
+    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
+    head = f"{diagram.attrs['name']}: {len(values)} values of {parameter} from {values.min():.6g} to {values.max():.6g}"
+    lines = (f"  {name:<16s}{count}" for name, count in sorted(verdicts.items()))
+    tell("\n".join([f"{head} {unit}".rstrip(), *lines]), written, failed and failed + diagram["status"].values[bad][0])
     return 1 if failed else 0
 
 
@@ -102,16 +103,6 @@ def _varied(
     if not equals:
         raise InputError(f"--vary: {options.vary!r} names no range; give PART.FIELD={RANGE}.")
     return mechanism, path, values_of(text, field_option(mechanism, path, "vary")), {}
-
-
-def _summary(diagram: xr.Dataset) -> str:
-    """Number of points by verdict, as a text."""
-    verdicts = Counter(str(verdict) or "failed" for verdict in diagram["verdict"].values.ravel())
-    parameter = diagram.attrs["parameter"]
-    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
-    head = f"{diagram.attrs['name']}: {len(values)} values of {parameter} from {values.min():.6g} to {values.max():.6g}"
-    lines = (f"  {name:<16s}{count}" for name, count in sorted(verdicts.items()))
-    return "\n".join([f"{head} {unit}".rstrip(), *lines])
 
 
 def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:

@@ -84,7 +84,14 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
     wanted = checks.positive(label, "periods", span.periods) * (period or 0.0) if span.t_end is None else span.t_end
     end = check_end(label, wanted)
     places = places_of(label, program, signals)
-    due = _instants(label, save_grid(label, span.save, period, 0.0, end), end)
+    # Saved instants (n,) with start and end [s]
+    grid = save_grid(label, span.save, period, 0.0, end)
+    if grid.interval == 0.0:
+        raise InputError(f"{label}: save is 'steps'; give a number of instants, an interval or times.")
+    many = math.floor(end / grid.interval * (1.0 + 1e-9)) + 1
+    times = grid.times if len(grid.times) else grid.interval * np.arange(many)
+    inner = times[(times > 0.0) & (times < end * (1.0 - 1e-9))]
+    due = np.concatenate([[0.0], inner, [end]])
     here = neighbour(mechanism)
     run = ParameterRun(program, method, step, end, period, mechanism=mechanism, kept=np.unique(places))
     run.begin(here.start)
@@ -148,16 +155,6 @@ def places_of(label: str, program: Program, names: Sequence[str]) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
-def _instants(label: str, grid: Any, end: float) -> np.ndarray:
-    """Saved instants (n,) with start and end [s]."""
-    if grid.interval == 0.0:
-        raise InputError(f"{label}: save is 'steps'; give a number of instants, an interval or times.")
-    many = math.floor(end / grid.interval * (1.0 + 1e-9)) + 1
-    times = grid.times if len(grid.times) else grid.interval * np.arange(many)
-    inner = times[(times > 0.0) & (times < end * (1.0 - 1e-9))]
-    return np.concatenate([[0.0], inner, [end]])
-
-
 # Table of derivatives, elasticities
 class Measures(display.Inside):
     """Base of results with a table of measures."""
@@ -169,7 +166,9 @@ class Measures(display.Inside):
         measures, rows = self.measures, list[tuple[str, ...]]()
         for i, name in enumerate(measures.measure.values.tolist()):
             for k, parameter in enumerate(measures.parameter.values.tolist()):
-                unit = per(str(measures.unit.values[i]), str(measures.unit_of_parameter.values[k]))
+                other = str(measures.unit_of_parameter.values[k])
+                below = f"({other})" if " " in other or "/" in other else other or "1"
+                unit = f"{str(measures.unit.values[i]) or '1'}/{below}"
                 derivative, relative = (float(measures[one].values[i, k]) for one in ("derivative", "relative"))
                 rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
         return rows
@@ -209,12 +208,6 @@ def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     widths = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head))]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in [head, *rows]]
     return "\n".join(lines)
-
-
-def per(unit: str, other: str) -> str:
-    """Unit of a derivative: "N/kg", "m/1", "N/(kg m^2)"."""
-    below = f"({other})" if " " in other or "/" in other else other or "1"
-    return f"{unit or '1'}/{below}"
 
 
 @arguments.checked
@@ -265,18 +258,6 @@ def sensitivity(
         raise InputError(f"{label}: of is empty; give names of signals, or measures such as rms('slider.ax').")
     names = [one if isinstance(one, str) else one.signal for one in wanted]
     found = derivatives(label, held, Span(t_end, periods, save, step, method), names, every=True)
-    return _tables(held, wanted, found)
-
-
-def measure_of(label: str, one: Any) -> Measure | str:
-    """A measure or the name of a signal, or `InputError`."""
-    if isinstance(one, (str, Measure)):
-        return one
-    text = f"{label}: {one!r} is neither the name of a signal nor a measure"
-    raise InputError(f"{text}; give 'slider.ax' or rms('slider.ax').")
-
-
-def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Derivatives) -> Sensitivity:
     time = ("time", found.times, {"units": "s"})
     slopes, signals, measures = {}, {}, []
     for k, one in enumerate(wanted):
@@ -288,6 +269,14 @@ def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Deriva
             signals[one] = ("time", found.values[:, k], {"units": unit, "long_name": long_name(one)})
     whole = xr.Dataset(slopes, {"time": time, **told(held)}), xr.Dataset(signals, {"time": time})
     return Sensitivity(*whole, measures_of(held, measures), found.growth, found.status)
+
+
+def measure_of(label: str, one: Any) -> Measure | str:
+    """A measure or the name of a signal, or `InputError`."""
+    if isinstance(one, (str, Measure)):
+        return one
+    text = f"{label}: {one!r} is neither the name of a signal nor a measure"
+    raise InputError(f"{text}; give 'slider.ax' or rms('slider.ax').")
 
 
 def told(held: ParameterModel) -> dict[str, Any]:

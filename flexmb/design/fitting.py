@@ -233,8 +233,7 @@ class _Measured:
     def cut(self, pieces: Sequence[Any]) -> None:
         """Begin a piece at the begin and at each of the times `pieces` of the data [s]."""
         cuts = [checks.number(self.label, "pieces", one, "s") - self.begin for one in pieces]
-        inner = tuple(cut for cut in cuts if cut != 0.0)
-        self.begins = (0.0, *inner)
+        self.begins = (0.0, *(cut for cut in cuts if cut != 0.0))
         counts = np.diff(np.searchsorted(self.every, [*self.begins, np.inf]))
         if list(self.begins) != sorted(set(self.begins)) or min(counts) < 2:
             text = f"{self.label}: pieces is {pieces!r};"

@@ -105,32 +105,15 @@ def static_sensitivity(
         raise InputError(f"{label}: give names of signals, of=[...], or a number of frequencies.")
     mechanism = held.at(held.values)
     rest, here = static_equilibrium(mechanism), neighbour(mechanism)
-    run = _run_at(here.program, rest)
+    run = ParameterRun(here.program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
+    none = np.zeros(here.program.n_q)
+    run.begin(Start(rest.q, none, none, rest.lam))
     places = places_of(label, here.program, names)
     found = directions(held, here, 0.0)
     by = parameter_rates(here.program, found.numbers, found.steps)
     rows_by = signal_rows(here.program, len(by.step), places)
     run.stepper.tangents = T = new_tangents(here.program, len(found.q), by, rows_by)
-    _move_rest(run, T)
-    run.find_slopes(T)
-    units, signals = here.program.names.signals.units, run.record.signals[places]
-    named = zip(names, places, signals, T.rows.now.T, strict=True)
-    rows = [(name, units[k], y, slope) for name, k, y, slope in named]
-    if count:
-        rows += _frequencies(label, here.program, rest, modes(mechanism, count, at=rest), T)
-    return StaticSensitivity(measures_of(held, rows), rest)
-
-
-def _run_at(program: Program, rest: Equilibrium) -> ParameterRun:
-    """A run that has begun at rest in an equilibrium."""
-    run = ParameterRun(program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
-    none = np.zeros(program.n_q)
-    run.begin(Start(rest.q, none, none, rest.lam))
-    return run
-
-
-def _move_rest(run: ParameterRun, T: Tangents) -> None:
-    """Set T.q, T.z and the multipliers in T.u to the motion of the equilibrium; equation (14.12)."""
+    # Set T.q, T.z and the multipliers in T.u to the motion of the equilibrium; equation (14.12)
     program, flow = run.program, run.flow
     n, now = program.n_q, (flow.q, flow.v, flow.a, flow.lam, flow.z)
     tables, address, work = program.tables, program.addresses, run.stepper.second
@@ -140,6 +123,13 @@ def _move_rest(run: ParameterRun, T: Tangents) -> None:
     system = StateEvaluation(program).at(flow.q[:n], lam=flow.lam, z=flow.z, weights=(1.0, 0.0, 0.0))
     T.u[:] = system.solve(b.T, f"Motion of the equilibrium of {program.name!r}").T
     T.q[:, :n] = T.u[:, :n]
+    run.find_slopes(T)
+    units, signals = here.program.names.signals.units, run.record.signals[places]
+    named = zip(names, places, signals, T.rows.now.T, strict=True)
+    rows = [(name, units[k], y, slope) for name, k, y, slope in named]
+    if count:
+        rows += _frequencies(label, here.program, rest, modes(mechanism, count, at=rest), T)
+    return StaticSensitivity(measures_of(held, rows), rest)
 
 
 def _frequencies(

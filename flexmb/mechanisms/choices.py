@@ -26,15 +26,13 @@ def corner(loop: str, first: Point, r1: float, second: Point, r2: float, side: f
     dx, dy = second[0] - first[0], second[1] - first[1]
     d = math.hypot(dx, dy)
     if d > r1 + r2:
-        raise AssemblyError(
-            f"{loop} cannot close: its ends are {d:.4g} m apart, the links between them reach {r1 + r2:.4g} m, "
-            f"{d - r1 - r2:.4g} m too little. Start at other crank angles, or change the lengths."
-        )
+        text = f"{loop} cannot close: its ends are {d:.4g} m apart,"
+        text += f" the links between them reach {r1 + r2:.4g} m, {d - r1 - r2:.4g} m too little."
+        raise AssemblyError(f"{text} Start at other crank angles, or change the lengths.")
     if d < abs(r1 - r2) or d == 0.0:
-        raise AssemblyError(
-            f"{loop} cannot close: its ends are {d:.4g} m apart, the links between them, {r1:.4g} and {r2:.4g} m long, "
-            f"keep them at least {abs(r1 - r2):.4g} m apart. Start at other crank angles, or change the lengths."
-        )
+        text = f"{loop} cannot close: its ends are {d:.4g} m apart, the links between them,"
+        text += f" {r1:.4g} and {r2:.4g} m long, keep them at least {abs(r1 - r2):.4g} m apart."
+        raise AssemblyError(f"{text} Start at other crank angles, or change the lengths.")
     along = (d * d + r1 * r1 - r2 * r2) / (2.0 * d)
     across = side * math.sqrt(max(r1 * r1 - along * along, 0.0))
     ux, uy = dx / d, dy / d
@@ -45,10 +43,9 @@ def on_line(loop: str, start: Point, length: float, height: float, direction: fl
     """The point of the line y = `height` [m] at a distance from a point, towards +X (direction 1) or -X (-1)."""
     away = abs(height - start[1])
     if away > length:
-        raise AssemblyError(
-            f"{loop} cannot close: the rod of {length:.4g} m starts {away:.4g} m beside the line of the slider, "
-            f"{away - length:.4g} m too far. Start at other crank angles, or change the lengths."
-        )
+        text = f"{loop} cannot close: the rod of {length:.4g} m starts {away:.4g} m beside the line of the slider,"
+        text += f" {away - length:.4g} m too far."
+        raise AssemblyError(f"{text} Start at other crank angles, or change the lengths.")
     return start[0] + direction * math.sqrt(length * length - away * away), height
 
 

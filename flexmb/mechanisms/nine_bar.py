@@ -339,8 +339,7 @@ def _beam(data: NineBarData, number: int, make: Callable[..., FlexibleLink]) -> 
     # bosses at the outer end would need a radius of gyration larger than the depth of the link.
     lacking = inertia - make(mass=mass).properties().inertia
     if lacking < 0.0:
-        raise InputError(
-            f"NineBarData: inertia{number} is too small for {LINKS[number]!r} as a beam with masses at its ends, by "
-            f"{-lacking:.4g} kg m^2. Give a larger inertia{number}, a smaller mass{number}, or a lighter section."
-        )
+        text = f"NineBarData: inertia{number} is too small for {LINKS[number]!r} as a beam with masses at its ends,"
+        text += f" by {-lacking:.4g} kg m^2."
+        raise InputError(f"{text} Give a larger inertia{number}, a smaller mass{number}, or a lighter section.")
     return make(mass=mass, pivot_inertia=lacking)

@@ -66,11 +66,6 @@ class SliderCrankData(Input):
             raise InputError(f"{text} {self.crank:g} m, or the crank cannot turn round.")
 
     @property
-    def uniform_rod_inertia(self) -> float:
-        """Moment of inertia m l^2/12 of a uniform rod [kg m^2]."""
-        return self.rod_mass * self.rod**2 / 12.0
-
-    @property
     def rod_side(self) -> float:
         """Side of the square section of a flexible rod, from its mass [m]."""
         return math.sqrt(self.rod_mass / (self.density * self.rod))
@@ -146,7 +141,7 @@ def slider_crank(
 def _rod(data: SliderCrankData, start: tuple[float, float], end: tuple[float, float], elements: int | None) -> Body:
     """The connecting rod, rigid when `elements` is None."""
     if elements is None:
-        inertia = data.uniform_rod_inertia if data.rod_inertia is None else data.rod_inertia
+        inertia = (data.rod_mass * data.rod**2 / 12.0) if data.rod_inertia is None else data.rod_inertia
         return RigidLink("rod", start, end, data.rod_mass, inertia)
     section = Rectangle(width=data.rod_side, height=data.rod_side)
     material = Material(data.young, data.density, data.poisson)

@@ -94,15 +94,13 @@ class ElementContribution:
     def __post_init__(self) -> None:
         if (self.account or self.damping) is not None and self.energy is None:
             kind = "an account" if self.account else "a damping"
-            raise KernelError(
-                f"Part {self.part!r}: kernel {self.kernel.name!r} has {kind} kernel and no energy kernel. Give it "
-                "the energy kernel, too; or leave this kernel out: the work is counted as that of a load."
-            )
+            text = f"Part {self.part!r}: kernel {self.kernel.name!r} has {kind} kernel and no energy kernel."
+            text += " Give it the energy kernel, too;"
+            raise KernelError(f"{text} or leave this kernel out: the work is counted as that of a load.")
         if self.factor is not None and self.energy is not None:
-            raise KernelError(
-                f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what "
-                "changes in time keeps no energy. Leave the energy kernel out: the work is counted as that of a load."
-            )
+            text = f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel;"
+            text += " what changes in time keeps no energy."
+            raise KernelError(f"{text} Leave the energy kernel out: the work is counted as that of a load.")
 
 
 class ElementKernels(NamedTuple):
@@ -114,6 +112,7 @@ class ElementKernels(NamedTuple):
     tangent: Kernel | None
     account: Kernel
     damping: Kernel | None = None
+    fours: tuple[Kernel, ...] = ()
 
     def contribution(
         self, part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, diagonal: bool = False
@@ -163,9 +162,7 @@ class Reaction:
     )
     rate: str = field('signal of the part, of a signal kernel, that multiplies the force; "": none', default="")
     on: tuple[int, ...] = field("coordinates whose forces are added up; empty: the force of the equation", default=())
-    power: bool = field(
-        "whether each of these forces is multiplied by the velocity of its coordinate [W]", default=False
-    )
+    power: bool = field("whether each of these forces is multiplied by its velocity [W]", default=False)
 
 
 @record
@@ -258,9 +255,7 @@ class SignalContribution:
         'parameter times its factor is added or subtracted; "": nothing',
         default="",
     )
-    place: str = field(
-        'signal of the number of the place, with its value at the peak of this one; "": none', default=""
-    )
+    place: str = field('signal of the number of the place, told at the peak of this one; "": none', default="")
 
 
 def signal_contributions(

@@ -121,11 +121,9 @@ class ElasticBody(Body):
         (x, y), when = self.reference_points()[node].tolist(), float(motion.reported[1][place])
         several = len({material.yield_stress for material in self.all_materials}) > 1
         weakest = " of the weakest material, at least" * several
-        text = (
-            f"{self.label}: largest {self.whole_body.stress_name} {number_text(stress)} Pa at t = {when:.6g} s at node "
-            f"{node}, ({x:.4g}, {y:.4g}) m in the reference configuration: safety against yield{weakest} "
-            f"{limit / stress:.3g}"
-        )
+        text = f"{self.label}: largest {self.whole_body.stress_name} {number_text(stress)} Pa at t ="
+        text += f" {when:.6g} s at node {node}, ({x:.4g}, {y:.4g}) m in the reference configuration:"
+        text += f" safety against yield{weakest} {limit / stress:.3g}"
         if stress > limit:
             text += f"; it yields at {limit:.3g} Pa, and stresses are those of a linear elastic material"
         yield found("strength", (self.name,), f"{text}.", time=when, stress=stress, limit=limit)

@@ -96,8 +96,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, tuple | list | np.ndarray | Mapping):
         short = len(value) <= LISTED_VALUES and not isinstance(value, Mapping)
         return [plain(item) for item in value] if short else f"{len(value)} values"
-    name = getattr(value, "__name__", type(value).__name__)
-    return str(name)
+    return str(getattr(value, "__name__", type(value).__name__))
 
 
 LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})  # columns of their own, and drawings

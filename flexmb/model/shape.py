@@ -1,7 +1,5 @@
 """Shapes of parts for drawings: records of plain numbers, stored with a solution, written as JSON."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass

@@ -21,7 +21,6 @@ from flexmb.model.shape import (
     LineShape,
     MeshShape,
     Place,
-    Point,
     PointShape,
     RigidShape,
     nodes_of,
@@ -366,7 +365,14 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
         elif isinstance(shape, BeltShape):
             found.append(Line(shape.part, "belt", _belt(sol, shape, instants)))
         elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):
-            line = _guide(sol, shape, shape.other, shape.along, instants, OVERHANG * size)
+            over = OVERHANG * size
+            every = np.arange(len(sol.time))
+            begin = path(sol, shape.other, every)
+            angle = pose(sol, shape.other[0], shape.other[1], every)[:, 2] + np.arctan2(shape.along[1], shape.along[0])
+            unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+            travel = np.sum((path(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
+            ends = np.array([travel.min() - over, travel.max() + over])
+            line = np.asarray(begin[instants, None] + ends[:, None] * unit[instants, None])
             found.append(Line(shape.part, "guide", line))
     return found
 
@@ -413,19 +419,6 @@ def circle_line(circle: CircleShape, points: int = CIRCLE_POINTS) -> np.ndarray:
     """Circle (m, 2) in the frame of its node: from its centre, along a spoke, and around with a number of points."""
     angles, centre = np.linspace(0.0, 2.0 * np.pi, points)[:, None], np.array([circle.at[2]])
     return np.vstack([centre, centre + circle.radius * np.hstack([np.cos(angles), np.sin(angles)])])
-
-
-def _guide(
-    sol: Solution, shape: PointShape, guide: Place, along: Point, instants: np.ndarray, over: float
-) -> np.ndarray:
-    """Straight line (n, 2, 2) along which a point slides: its travel in the whole run, and more at both ends."""
-    every = np.arange(len(sol.time))
-    begin = path(sol, guide, every)
-    angle = pose(sol, guide[0], guide[1], every)[:, 2] + np.arctan2(along[1], along[0])
-    unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    travel = np.sum((path(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
-    ends = np.array([travel.min() - over, travel.max() + over])
-    return np.asarray(begin[instants, None] + ends[:, None] * unit[instants, None])
 
 
 def _is_saved(sol: Solution, place: Place) -> bool:

@@ -5,8 +5,6 @@ names are the coordinate `signal`; `units`, `long_name`, `peak` and `peak_time` 
 `load` restores the record bit for bit.  It reads the file once, and compares it with its checksum.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -168,7 +166,14 @@ def save(sol: Solution, path: str | Path) -> Path:
         arrays: dict[str, files.Variable] = {name: (dims[name], a, {}) for name, a in sol.restart.items()}
         groups[RESTART] = arrays, {"comment": comment}
     if sol.contacts.names:
-        groups[EPISODES] = _episodes(sol), {}
+        # All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`
+        names, rows = sol.contacts
+        attrs: dict[str, dict[str, Any]] = {
+            name: {"units": udunits(units), "long_name": long_name(name)} for name, units in COLUMNS
+        }
+        attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
+        attrs["mode"] |= {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
+        groups[EPISODES] = {name: (("episode",), rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)}, {}
     return files.write_sealed(checks.path("Solution", path), files.netcdf_image(groups), "Solution")
 
 
@@ -239,17 +244,6 @@ def _contents(sol: Solution) -> files.Group:
     variables |= {name: ((SIGNAL,), own, of_signals[name][1]) for name, own in arrays.items()}
     attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
     return variables, attrs | global_attributes(sol.model)
-
-
-def _episodes(sol: Solution) -> dict[str, files.Variable]:
-    """All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`."""
-    names, rows = sol.contacts
-    attrs: dict[str, dict[str, Any]] = {
-        name: {"units": udunits(units), "long_name": long_name(name)} for name, units in COLUMNS
-    }
-    attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
-    attrs["mode"] |= {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
-    return {name: (("episode",), rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)}
 
 
 def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:

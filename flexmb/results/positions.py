@@ -104,7 +104,10 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | N
     system, rows = StateEvaluation(program), []
     for values in solution.values:
         q[:n_b], v[:n_b] = values[places[:n_b]], values[places[n_b:]]
-        rigid = motions(q, chosen)
+        rigid = np.zeros((len(q), 3))
+        on = chosen.astype(float)
+        rigid[0::3, 0], rigid[1::3, 1], rigid[2::3, 2] = on, on, on
+        rigid[0::3, 2], rigid[1::3, 2] = -on * q[1::3], on * q[0::3]
         M = system.mass(q)
         rows.append(np.concatenate([rigid.T @ (M @ v), (rigid.T @ (M @ rigid))[:2].ravel()]))
     found = np.array(rows).reshape(-1, 9)
@@ -126,15 +129,6 @@ def _places_of_motion(label: str, solution: Solution, program: Program) -> np.nd
         text = f"{label}: {len(missing)} positions and velocities were not saved, the first is {missing[0]!r}"
         raise InputError(f"{text}. Add them to simulate(..., signals=[...]), or leave it out to save all.")
     return np.array([places[name] for name in needed])
-
-
-def motions(q: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Velocities (n_q, 3) of the chosen nodes when they move as one rigid body along X, along Y, about the origin."""
-    basis = np.zeros((len(q), 3))
-    on = chosen.astype(float)
-    basis[0::3, 0], basis[1::3, 1], basis[2::3, 2] = on, on, on
-    basis[0::3, 2], basis[1::3, 2] = -on * q[1::3], on * q[0::3]
-    return basis
 
 
 # Solutions at other instants than the saved ones, and with a magnified deformation, for pictures and films
@@ -243,7 +237,22 @@ def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion
         now = drawing.poses(sol, part, nodes, instants)
         reference = np.array(list(shape.values())) if shape else now[0]  # files of before have none of meshes
         turning = list(range(len(nodes))) if mesh is None else turning_nodes(mesh)
-        fit = _rigid_fit(reference, now, body_joints(sol, part, nodes), turning)
+        # Rigid motion from the reference to the poses, by the nodes that joints hold, or by the turning ones. Nodes
+        # of modes go with the middle of the pins, from which their amplitudes count.
+        joints = body_joints(sol, part, nodes)
+        held = list(joints) if joints else turning
+        middle, centre = reference[held, :2].mean(axis=0), now[:, held, :2].mean(axis=1)
+        stretch = np.ones(len(now))
+        seen = held if len(held) > 1 or joints.get(held[0]) else turning  # a cantilever has one node
+        if len(seen) == 1:
+            angle = now[:, seen[0], 2] - reference[seen[0], 2]
+        else:
+            around = reference[seen, :2] - middle
+            along, across = drawing.turned_by(around, now[:, seen, :2] - centre[:, None])
+            angle = np.unwrap(np.arctan2(across, along))
+            if len(held) > 1 and joints:
+                stretch = np.hypot(across, along) / float(np.sum(around**2))
+        fit = np.column_stack([drawing.carried(np.column_stack([centre, angle]), -middle), angle]), middle, stretch
         found.append(FlexibleMotion(part, nodes, reference, now, *fit))
     return found
 
@@ -299,26 +308,3 @@ def body_joints(sol: Solution, part: str, nodes: tuple[str, ...]) -> dict[int, b
                     k = nodes.index(node)
                     found[k] = found.get(k, False) or shape.kind in ("fixed", "prismatic")
     return found
-
-
-def _rigid_fit(
-    shape: np.ndarray, now: np.ndarray, joints: dict[int, bool], turning: list[int]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Motion (n, 3) that takes the `shape` (m, 3) of a body to its poses `now` (n, m, 3), its middle, its stretch (n,).
-
-    The nodes `turning` are those of the fit where joints do not hold the body.  Nodes of modes go with the middle of
-    the pins, from which their amplitudes count.
-    """
-    held = list(joints) if joints else turning
-    middle, centre = shape[held, :2].mean(axis=0), now[:, held, :2].mean(axis=1)
-    stretch = np.ones(len(now))
-    seen = held if len(held) > 1 or joints.get(held[0]) else turning  # a cantilever has one node
-    if len(seen) == 1:
-        angle = now[:, seen[0], 2] - shape[seen[0], 2]
-    else:
-        around = shape[seen, :2] - middle
-        along, across = drawing.turned_by(around, now[:, seen, :2] - centre[:, None])
-        angle = np.unwrap(np.arctan2(across, along))
-        if len(held) > 1 and joints:
-            stretch = np.hypot(across, along) / float(np.sum(around**2))
-    return np.column_stack([drawing.carried(np.column_stack([centre, angle]), -middle), angle]), middle, stretch

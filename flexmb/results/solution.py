@@ -150,7 +150,12 @@ def largest_signals(sol: Solution) -> list[str]:
     # These are torques, contact forces, deflections and stresses; without any of them forces and accelerations. Of each
     # kind the `MOST_OF_A_KIND` largest ones are told. Signals whose peaks are round-off beside those of other signals
     # are left out, such as the forces of contacts that never close.
-    scales = _scales(sol)
+    found: dict[str, float] = {}
+    for unit, value in zip(sol.signals.units, sol.peaks.values, strict=True):
+        found[unit] = max(found.get(unit, 0.0), float(value))  # a NaN is passed over
+    energy, length = found.get("J", 0.0), found.get("m", 0.0)
+    force = energy / length if length > 0.0 else 0.0
+    scales = found | {"N m": max(found.get("N m", 0.0), energy), "N": max(found.get("N", 0.0), force)}
     for endings in (MAIN_ENDINGS, OTHER_ENDINGS):
         told: list[str] = []
         for ending in endings:
@@ -161,27 +166,6 @@ def largest_signals(sol: Solution) -> list[str]:
         if told:
             return told
     return []
-
-
-def _scales(sol: Solution) -> dict[str, float]:
-    """Largest peak by unit; for moments at least the largest energy, for forces this energy over the largest length."""
-    found: dict[str, float] = {}
-    for unit, value in zip(sol.signals.units, sol.peaks.values, strict=True):
-        found[unit] = max(found.get(unit, 0.0), float(value))  # a NaN is passed over
-    energy, length = found.get("J", 0.0), found.get("m", 0.0)
-    force = energy / length if length > 0.0 else 0.0
-    return found | {"N m": max(found.get("N m", 0.0), energy), "N": max(found.get("N", 0.0), force)}
-
-
-def _largest(sol: Solution) -> list[str]:
-    """The main signals, one of each kind before others."""
-    kinds: dict[str, int] = {}
-    order = []
-    for name in largest_signals(sol):
-        ending = name.rpartition(".")[2]
-        kinds[ending] = kinds.get(ending, 0) + 1
-        order.append((kinds[ending], name))
-    return [name for _, name in sorted(order, key=lambda entry: entry[0])]
 
 
 def _by_part(sol: Solution) -> dict[str, list[str]]:
@@ -489,7 +473,14 @@ class Solution:
         saved, signals, steps, _, clock, *_ = facts(self)
         lines = [cut(f"Solution of {self.name!r}: {self.status}", 3)]
         lines += [f"  {saved.text}; {signals.text}; {steps.value} in {clock.text} on the clock"]
-        main = _largest(self)[:IN_TEXT]
+        # The main signals, one of each kind before others
+        kinds: dict[str, int] = {}
+        order = []
+        for name in largest_signals(self):
+            ending = name.rpartition(".")[2]
+            kinds[ending] = kinds.get(ending, 0) + 1
+            order.append((kinds[ending], name))
+        main = [name for _, name in sorted(order, key=lambda entry: entry[0])][:IN_TEXT]
         peaks = [f"{name} {self.peak(name).value:.4g} {self.units(name)}".rstrip() for name in main]
         last = ["largest " + ", ".join(peaks)] if peaks else []
         last += [counted(len(self.notes), "note") + " in sol.notes"] if self.notes else []

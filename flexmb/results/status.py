@@ -138,8 +138,7 @@ def held_rows_sentence(program: Program, trial: Trial, record: RunRecord) -> str
     if record.count.held_steps == 0:
         return ""
     rows = np.flatnonzero(record.held_rows)
-    joints = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
-    listed = quoted(joints)
+    listed = quoted(list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows)))
     if len(trial.free_multipliers):
         return f" The joints {listed} repeat one another: their forces are those of least norm."
     when = f"t = {record.report.first_held_time:.6g} s"

@@ -68,7 +68,14 @@ class Places(NamedTuple):
 
 def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechanism: Mechanism | None) -> xr.Dataset:
     """Stresses of a flexible body over time; see `Solution.stress`."""
-    part = _body(sol, body, mechanism)
+    # The body of this name, in the mechanism that moved or the given one
+    known = moved_mechanism(sol, body, mechanism)
+    part = known.find(body)
+    if not isinstance(part, ElasticBody):
+        raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
+    if not part.whole_body.knows_stress:
+        text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
+        raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
     if part.theory == "beams":
         places, fields = of_beams(sol, part, instants)
@@ -95,18 +102,6 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
         text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
         raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
     return known
-
-
-def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> Any:
-    """The body of this name, in the mechanism that moved or the given one."""
-    known = moved_mechanism(sol, name, mechanism)
-    part = known.find(name)
-    if not isinstance(part, ElasticBody):
-        raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
-    if not part.whole_body.knows_stress:
-        text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
-        raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
-    return part
 
 
 def of_beams(sol: Solution, body: Any, instants: np.ndarray) -> tuple[Places, dict[str, np.ndarray]]:

@@ -77,21 +77,18 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
         raise InputError(f"write_vtk: path is {str(path)!r}; it must end in .pvd, the format of a series of frames.")
     target = target.with_suffix(".pvd")
     per_element = checks.count("write_vtk", "points_per_element", points_per_element, 2)
-    instants = _chosen(sol, frames)
+    # Numbers of the saved instants that become frames
+    require_rows("write_vtk", sol)
+    if frames is None:
+        instants = drawing.spread_instants(sol, MOST_FRAMES)
+    else:
+        n = checks.count("write_vtk", "frames", frames, 2)
+        instants = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
     kinds, meshes = _frames(sol, instants, per_element)
     try:
         return _write(sol, meshes, kinds, sol.time[instants], target)
     except (OSError, ValueError) as error:
         raise unwritable(target, error, "write_vtk") from error
-
-
-def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
-    """Numbers of the saved instants that become frames."""
-    require_rows("write_vtk", sol)
-    if frames is None:
-        return drawing.spread_instants(sol, MOST_FRAMES)
-    n = checks.count("write_vtk", "frames", frames, 2)
-    return drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
 
 
 def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tuple[tuple[str, ...], list[meshio.Mesh]]:
@@ -162,7 +159,16 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
         numbered = {word: {str(k): one for k, one in enumerate(own)} for word, own in words}
         legend = {**numbered, "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
-        traced = _trace_mesh(sol)
+        # Paths of all markers with a trace over the saved instants; None without such markers
+        paths = list(drawing.traces(sol).values())
+        if not paths:
+            traced = None
+        else:
+            n = len(sol.time)
+            points = np.concatenate([np.column_stack([path, np.zeros(n)]) for path in paths])
+            steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
+            data = {"time": np.tile(sol.time, len(paths))}
+            traced = meshio.Mesh(points, [("line", steps)], point_data=data)
         if traced is not None:
             meshio.write(Path(scratch) / TRACES, traced)
         collection = Path(scratch) / target.name
@@ -175,18 +181,6 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
             (Path(scratch) / name).replace(folder / name)
         collection.replace(target)
     return target
-
-
-def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
-    """Paths of all markers with a trace over the saved instants; None without such markers."""
-    paths = list(drawing.traces(sol).values())
-    if not paths:
-        return None
-    n = len(sol.time)
-    points = np.concatenate([np.column_stack([path, np.zeros(n)]) for path in paths])
-    steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
-    data = {"time": np.tile(sol.time, len(paths))}
-    return meshio.Mesh(points, [("line", steps)], point_data=data)
 
 
 def _collection(folder: str, names: list[str], times: np.ndarray, traced: str | None) -> str:

@@ -310,7 +310,14 @@ class Bench:
         name = f"{tested.kernel.name}: {formula}"
         doubtful = uncertain * weight > 0.1 * TOLERANCE * size
         if np.any(doubtful):
-            self._skip(tested, name, formula, state, doubtful)
+            # Leave out a state at a kink; too many such states are an error
+            self.skipped[name] = self.skipped.get(name, 0) + 1
+            states = self.skipped[name] + len(self.errors.get(name, ()))
+            if self.skipped[name] > max(4, states // 3):
+                place = entry(formula.split(maxsplit=1)[0], doubtful)
+                count = f"{self.skipped[name]} of {states} states"
+                text = f"{place}: no derivative is found at {count}; the values must change smoothly, without noise"
+                raise tested.fault(text, state)
             return
         error = np.abs(value - expected) * weight / size
         wrong = error > TOLERANCE
@@ -320,16 +327,6 @@ class Bench:
             text = f"{place}: {both} (relative error {at(error, wrong):.2g}); it must be {formula}"
             raise tested.fault(text, state)
         self.note(name, error.max(initial=0.0))
-
-    def _skip(self, tested: TestedKernel, name: str, formula: str, state: State, doubtful: np.ndarray) -> None:
-        """Leave out a state at a kink; too many such states are an error."""
-        self.skipped[name] = self.skipped.get(name, 0) + 1
-        states = self.skipped[name] + len(self.errors.get(name, ()))
-        if self.skipped[name] > max(4, states // 3):
-            place = entry(formula.split(maxsplit=1)[0], doubtful)
-            count = f"{self.skipped[name]} of {states} states"
-            text = f"{place}: no derivative is found at {count}; the values must change smoothly, without noise"
-            raise tested.fault(text, state)
 
     def balanced(self, tested: TestedKernel, quantity: str, state: State, terms: Sequence[float], rule: str) -> None:
         """Check that the sum of terms vanishes."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, JointFriction
-from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
+from flexmb.model.law import FrictionLaw, Law, Motion
 from flexmb.places import (
     ARM1_X,
     ARM1_X_Q,
@@ -33,7 +33,23 @@ ROUND_OFF = 1e-12  # gap of the reference configuration over the size of the pai
 def check_contact(bench: Bench, contribution: ContactContribution) -> None:
     """Check gap kernel, normal law and friction law of a contact."""
     size = check_gap(bench, contribution)
-    check_normal(bench, contribution.normal, size)
+    # Check a normal law in free flight, at the onset and in lasting contact, at gaps of `size` [m]
+    tested = law_kernel(bench, contribution.normal)
+    for h in STEPS * ROUNDS:
+        z = np.array(contribution.normal.history(), dtype=float)
+        open_gap, speed = size * log_uniform(bench, 1e-2, 1.0), -log_uniform(bench, 1e-3, 10.0)
+        first = {"h": 1e-4, "gap": open_gap, "gap_rate": speed, "z": z}
+        check_normal_at(bench, tested, first)
+        z = tested(first)["z_new"]
+        gap, span = -size * log_uniform(bench, 1e-3, 1.0), h
+        if h > 0.0:  # a step that leads from the open gap to this depth
+            span = (open_gap - gap) / -speed * bench.random.uniform(0.8, 1.2)
+        for _ in range(3):
+            rate = speed * bench.random.uniform(-0.5, 1.0)
+            state = {"h": span, "gap": gap, "gap_rate": rate, "z": z}
+            check_normal_at(bench, tested, state)
+            z = tested(state)["z_new"]
+            gap, span = gap * bench.random.uniform(0.5, 1.5), h
     check_friction(bench, contribution.friction)
 
 
@@ -118,26 +134,6 @@ def check_frame(
     bench.turned(tested, "normal", state, after[NORMAL_X:ARM1_X], turn[:2, :2] @ out[NORMAL_X:ARM1_X], max(blur, 1.0))
     for name, k in (("first arm", ARM1_X), ("second arm", ARM2_X)):
         bench.turned(tested, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))
-
-
-def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
-    """Check a normal law in free flight, at the onset and in lasting contact, at gaps of `size` [m]."""
-    tested = law_kernel(bench, law)
-    for h in STEPS * ROUNDS:
-        z = np.array(law.history(), dtype=float)
-        open_gap, speed = size * log_uniform(bench, 1e-2, 1.0), -log_uniform(bench, 1e-3, 10.0)
-        first = {"h": 1e-4, "gap": open_gap, "gap_rate": speed, "z": z}
-        check_normal_at(bench, tested, first)
-        z = tested(first)["z_new"]
-        gap, span = -size * log_uniform(bench, 1e-3, 1.0), h
-        if h > 0.0:  # a step that leads from the open gap to this depth
-            span = (open_gap - gap) / -speed * bench.random.uniform(0.8, 1.2)
-        for _ in range(3):
-            rate = speed * bench.random.uniform(-0.5, 1.0)
-            state = {"h": span, "gap": gap, "gap_rate": rate, "z": z}
-            check_normal_at(bench, tested, state)
-            z = tested(state)["z_new"]
-            gap, span = gap * bench.random.uniform(0.5, 1.5), h
 
 
 def check_normal_at(bench: Bench, tested: TestedKernel, state: State) -> None:
@@ -244,22 +240,8 @@ def check_motion(bench: Bench, motion: Motion) -> None:
     tested = TestedKernel(f"{bench.owner}, {type(motion).__name__}", motion.kernel, motion.parameters())
     span = motion.period or 2.0
     breaks = np.array(motion.breaks(2.0 * span))
-    check_breaks(bench, motion, tested, breaks, 2.0 * span)
-    for t in (0.0, *bench.random.uniform(0.0, 2.0 * span, 23)):
-        state = {"t": float(t)}
-        out = tested.checked_call(state)
-        bench.note(f"{motion.kernel.name}: compiled = Python, finite, repeatable")
-        step = min(0.1 * span, 0.9 * float(np.abs(breaks - t).min(initial=np.inf)))
-        if t == 0.0 or step == 0.0:
-            continue  # a start from rest may have a kink here
-        for output, of in (("s_dot", "s"), ("s_ddot", "s_dot")):
-            floor = 1e-6 * abs(float(out[of])) / span
-            value = tested.of(state, of, "t")
-            bench.derivative(tested, f"{output} = d({of})/dt", state, out[output], value, t, step, floor=floor)
-
-
-def check_breaks(bench: Bench, motion: Motion, tested: TestedKernel, breaks: np.ndarray, t_end: float) -> None:
-    """Check the declared breaks [s]: instants up to `t_end` [s], and no jump of value and rate in a smooth motion."""
+    # Check the declared breaks [s]: instants up to `t_end` [s], and no jump of value and rate in a smooth motion
+    t_end = 2.0 * span
     for t in breaks:
         state = {"t": float(t)}
         if not 0.0 < t <= t_end:
@@ -271,6 +253,17 @@ def check_breaks(bench: Bench, motion: Motion, tested: TestedKernel, breaks: np.
                 text = f"{name} jumps by {jump:.3g}; such a motion must say is_smooth = False, and can drive no joint"
                 raise tested.fault(text, state)
         bench.note(f"{motion.kernel.name}: breaks")
+    for t in (0.0, *bench.random.uniform(0.0, 2.0 * span, 23)):
+        state = {"t": float(t)}
+        out = tested.checked_call(state)
+        bench.note(f"{motion.kernel.name}: compiled = Python, finite, repeatable")
+        step = min(0.1 * span, 0.9 * float(np.abs(breaks - t).min(initial=np.inf)))
+        if t == 0.0 or step == 0.0:
+            continue  # a start from rest may have a kink here
+        for output, of in (("s_dot", "s"), ("s_ddot", "s_dot")):
+            floor = 1e-6 * abs(float(out[of])) / span
+            value = tested.of(state, of, "t")
+            bench.derivative(tested, f"{output} = d({of})/dt", state, out[output], value, t, step, floor=floor)
 
 
 def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joint_friction: JointFriction) -> None:

@@ -31,7 +31,18 @@ def check_element(bench: Bench, contribution: ElementContribution, weightless: E
         bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
         for name in "KCM":
             check_zeros(bench, tested, name, zeros_of_elements([contribution]), full, out)
-        check_tangents(bench, tested, full, out, scale)
+        # Compare K, C and M with differences of r
+        size = float(np.abs(out["r"] * scale).max())
+        sizes = {"rows": scale, "columns": scale, "floor": TOLERANCE * size}
+        for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
+            step, noise = scale, 0.0
+            if name == "q":  # a force is a difference of terms as large as K q
+                noise = ROUND_OFF * np.abs(out["K"]) @ np.abs(full["q"])
+            else:  # rates at which C v or M a is as large as the other forces, so that round-off does not hide them
+                strongest = float(np.abs(out[output] * np.outer(scale, scale)).max())
+                step = scale * np.clip(size / strongest if strongest else 1.0, 1.0, 1e6)
+            formula, force = f"{output} = dr/d{name}", tested.of(full, "r", name)
+            bench.derivative(tested, formula, full, out[output], force, full[name], step, noise=noise, **sizes)
         check_other_kernels(bench, contribution, tested, full, out)
         if contribution.energy is not None and not m:
             check_energy(bench, contribution.energy, tested, full, out, scale)
@@ -92,21 +103,6 @@ def round_off_sizes(tested: TestedKernel, state: State, out: Values) -> dict[str
     stored = (rest + 1e-16 * stiffness * q) * q
     moved = float(np.abs(out["r"]).max()) + stiffness * q
     return {"r": moved, "strain": stored, "gravity": stored, "damping": float(np.abs(out["C"]).sum()) * v * v}
-
-
-def check_tangents(bench: Bench, tested: TestedKernel, state: State, out: Values, scale: np.ndarray) -> None:
-    """Compare K, C and M with differences of r."""
-    size = float(np.abs(out["r"] * scale).max())
-    sizes = {"rows": scale, "columns": scale, "floor": TOLERANCE * size}
-    for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
-        step, noise = scale, 0.0
-        if name == "q":  # a force is a difference of terms as large as K q
-            noise = ROUND_OFF * np.abs(out["K"]) @ np.abs(state["q"])
-        else:  # rates at which C v or M a is as large as the other forces, so that round-off does not hide them
-            strongest = float(np.abs(out[output] * np.outer(scale, scale)).max())
-            step = scale * np.clip(size / strongest if strongest else 1.0, 1.0, 1e6)
-        formula, force = f"{output} = dr/d{name}", tested.of(state, "r", name)
-        bench.derivative(tested, formula, state, out[output], force, state[name], step, noise=noise, **sizes)
 
 
 def check_energy(
@@ -250,17 +246,12 @@ def _states(bench: Bench, program: Program, contribution: ControlContribution, c
                 q[:n_b] += pose * scale * bench.random.uniform(-1.0, 1.0, n_b)
                 v[:n_b] = speed * scale * bench.random.uniform(-1.0, 1.0, n_b)
                 t = float(bench.random.uniform(0.0, 2.0))
-                _settle(StateEvaluation(program), q, v, t, own)
+                system = StateEvaluation(program)
+                for _ in range(SETTLING if len(own) else 0):
+                    rates = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[own]
+                    v[own] -= np.linalg.lstsq(system.dense[np.ix_(own, own)], rates, rcond=SMALL)[0]
                 v[own] += 1e-3 * np.abs(v[own]) * bench.random.uniform(-1.0, 1.0, len(own))
                 yield {"t": t, "q": q, "v": v, "a": a}
-
-
-def _settle(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: float, own: np.ndarray) -> None:
-    """Bring the states of a control, the velocities `own`, near values at which their rates are 0, in place."""
-    for _ in range(SETTLING if len(own) else 0):
-        rates = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[own]
-        slope = system.dense[np.ix_(own, own)]
-        v[own] -= np.linalg.lstsq(slope, rates, rcond=SMALL)[0]
 
 
 def _loaded(program: Program, contribution: ControlContribution) -> list[int]:

@@ -101,10 +101,9 @@ def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: P
         try:
             copies[word] = pickle.loads(pickle.dumps(thing))  # noqa: S301 - written on the same line
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise KernelError(
-                f"{bench.owner}: the {word} cannot be pickled ({error}). Give it numbers, texts, tuples and functions "
-                "that other processes can import; no open files, no locks, no lambdas."
-            ) from error
+            text = f"{bench.owner}: the {word} cannot be pickled ({error})."
+            text += " Give it numbers, texts, tuples and functions that other processes can import;"
+            raise KernelError(f"{text} no open files, no locks, no lambdas.") from error
     if copies["part"] != part:
         text = f"{bench.owner}: its copy, pickled and read back, differs from it."
         raise KernelError(f"{text} Use plain numbers, texts, tuples and frozen dataclasses as fields.")

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from element_matrices import beam_matrices
 
 import flexmb as fm
-from flexmb.elastic.beams import fem
+from flexmb.elastic.beams import corotational, fem
 from flexmb.elastic.beams.fem import BeamData, assembled
 from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.system import state_evaluation
@@ -69,7 +69,7 @@ def test_beams_assembled_together_are_those_assembled_one_by_one():
 
 
 def test_the_numbers_of_a_chain_are_those_of_each_element_by_scikit_fem():
-    contributions = [e for e in chain(7).contributions().elements if e.kernel is flexible.beam_kernel]
+    contributions = [e for e in chain(7).contributions().elements if e.kernel is corotational.beam_kernel]
     alone = [beam_matrices(link.beams[0].stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
     assert len(contributions) == 28
     for k, contribution in enumerate(contributions):

@@ -138,10 +138,7 @@ EXPLORE = (
     ("--port N", "port of the page, so that links to it stay the same (default: a free one)", int),
     ("--no-open", "print the address alone, and do not open the browser"),
 )  # fmt: skip
-CHECK = (
-    ("--step TIME", "fixed step that a run is to take: is it short enough?"),
-    ("--json", "print the report as JSON"),
-)
+CHECK = (("--step TIME", "fixed step that a run is to take: is it short enough?"), ("--json", "report as JSON"))
 FRAMES = ("--frames N", "number of frames (default: all instants, at most 200)", int)
 VTK = (FILE, FRAMES, ("--out PLACE", "a folder, or FILE.pvd (default: beside RUN.nc)", Path))
 REPORT = (

@@ -190,19 +190,6 @@ def _kind(parameter: inspect.Parameter) -> str:
 FOLDER = Path(__file__).parents[2] / "mechanisms"
 
 
-def declared() -> dict[str, Maker]:
-    """Functions of the ready mechanisms by the name on the command line: signatures and docstrings, without bodies."""
-    found: dict[str, Maker] = {}
-    for line in (one for one in _statements("__init__") if isinstance(one, ast.ImportFrom)):
-        for node in _statements((line.module or "").rpartition(".")[2]):
-            if isinstance(node, ast.FunctionDef) and node.name in (alias.name for alias in line.names):
-                node.decorator_list, node.body = [], node.body[:1]
-                names: dict[str, Any] = {"__name__": __name__, "math": math, "Annotated": Annotated}
-                exec(compile(ast.Module([node], []), FOLDER, "exec"), names)  # annotations stay texts, as in this file
-                found[node.name.replace("_", "-")] = names[node.name]
-    return found
-
-
 def _statements(module: str) -> list[ast.stmt]:
     """Statements of a module of ready mechanisms; none of others."""
     path = FOLDER / f"{module}.py"
@@ -211,7 +198,15 @@ def _statements(module: str) -> list[ast.stmt]:
 
 def list_mechanisms(options: argparse.Namespace) -> int:
     """`flexmb list`: print every ready mechanism with its `options`."""
-    for name, make in declared().items():
+    found: dict[str, Maker] = {}
+    for line in (one for one in _statements("__init__") if isinstance(one, ast.ImportFrom)):
+        for node in _statements((line.module or "").rpartition(".")[2]):
+            if isinstance(node, ast.FunctionDef) and node.name in (alias.name for alias in line.names):
+                node.decorator_list, node.body = [], node.body[:1]
+                names: dict[str, Any] = {"__name__": __name__, "math": math, "Annotated": Annotated}
+                exec(compile(ast.Module([node], []), FOLDER, "exec"), names)  # annotations stay texts, as in this file
+                found[node.name.replace("_", "-")] = names[node.name]
+    for name, make in found.items():
         print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
         for option in options_of(make):
             print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")

@@ -34,8 +34,6 @@ Equations (3.1) to (3.7) of docs/theory/inertia.md.
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from flexmb import checks
 from flexmb.engine.compiled.lanes import any_of, choose, lanes_of, nearest, rows_of, total, write_lanes
 from flexmb.kernels import (
@@ -47,6 +45,7 @@ from flexmb.kernels import (
     force_kernel,
     tangent_kernel,
 )
+from flexmb.model.contributions import ElementKernels
 
 # Circular arcs between two points, as the unstressed shape of beams and of their elements
 
@@ -84,16 +83,6 @@ def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> li
         c, d = share * math.cos(0.5 * (s - 1.0) * turn), share * math.sin(0.5 * (s - 1.0) * turn)
         found.append((x + c * dx - d * dy, y + d * dx + c * dy))
     return found
-
-
-def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np.ndarray:
-    """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad]."""
-    # `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
-    # `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
-    half = 0.5 * turn * lengths / lengths.sum()
-    chords = lengths * np.sinc(half / math.pi)
-    free = chords + lengths / 30.0 * half * half * bow.sum(axis=1)
-    return np.stack([free, -half, half], axis=1)
 
 
 # The chord of a beam element: its parameters, its deformation against the chord, and the rates of both
@@ -168,13 +157,6 @@ def rates(i, v, chord_v):
     """rho, the rate of the chord's length, and the rates of u1 and u2."""
     rho = (chord_v[3] - chord_v[1]) * i
     return rho, chord_v[2] - chord_v[0], v[2] - rho, v[5] - rho
-
-
-@fast
-def second_rates(i, a, chord_a, rho, longer):
-    """Rates of rho and of the rates of u1 and u2; `longer`: rate of the chord's length."""
-    rho_dot = (chord_a[3] - chord_a[1]) * i - 2.0 * rho * longer * i
-    return rho_dot, a[2] - rho_dot, a[5] - rho_dot
 
 
 @fast
@@ -285,7 +267,8 @@ def state(p, q, v, a):
     i, c, s, _, _, _ = u
     rho, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
     chord_a = to_chord(c, s, a)
-    rho_dot, dd1, dd2 = second_rates(i, a, chord_a, rho, longer)
+    rho_dot = (chord_a[3] - chord_a[1]) * i - 2.0 * rho * longer * i
+    dd1, dd2 = a[2] - rho_dot, a[5] - rho_dot
     return u, felt(p, c, s, chord_a), (rho, longer, d1, d2, rho_dot, dd1, dd2)
 
 
@@ -568,4 +551,5 @@ def four_dampings(p, t, q, v, w):
     return total(own), total(mixed)
 
 
-FOUR_BEAMS = four_forces, four_tangents, four_accounts, four_dampings
+FOURS = four_forces, four_tangents, four_accounts, four_dampings
+BEAM = ElementKernels(beam_kernel, beam_energy, beam_force, beam_tangent, beam_account, beam_damping, FOURS)

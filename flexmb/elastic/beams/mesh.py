@@ -39,7 +39,24 @@ class LineMesh:
     name: str = "mesh"  # name of the mesh in messages
 
     def __post_init__(self) -> None:
-        _check_lines(self)
+        points, edges, name = self.points, self.edges, self.name
+        unused = np.setdiff1d(np.arange(len(points)), edges)
+        if unused.size:
+            first, count = unused[0], unused.size
+            text = f"{name}: {count} nodes belong to no line, the first is node {first} at {at(points, first)}"
+            raise InputError(f"{text}. Delete them, or connect them.")
+        lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+        k = int(np.argmin(lengths))
+        if lengths[k] <= SAME_PLACE * extent(points):
+            text = f"{name}: line {k} between nodes {edges[k, 0]} and {edges[k, 1]} has zero length"
+            raise InputError(f"{text}. Delete it and merge its nodes.")
+        first_of: dict[frozenset[int], int] = {}
+        for k, edge in enumerate(edges.tolist()):
+            first = first_of.setdefault(frozenset(edge), k)
+            if first != k:
+                text = f"{name}: lines {first} and {k} join the same nodes {edge[0]} and {edge[1]}"
+                raise InputError(f"{text}. Delete one of them.")
+        require_distinct(name, points, "lines")
 
     def stations(self, nodes: Sequence[int] | Indices) -> Array:
         """Arc lengths [m] of a sequence of nodes, from 0 at its first."""
@@ -111,24 +128,20 @@ def read_file(file: Path) -> Any:
         # meshio prints, and leaves the program when no reader fits; readers raise whatever broken text leads to
         with redirect_stdout(said), redirect_stderr(said):
             mesh = meshio.read(file)
-        _check_cells(mesh)
+        # ValueError for cells with nodes that are not there, or with another number of nodes than their kind has
+        from meshio._common import num_nodes_per_cell
+
+        for block in mesh.cells:
+            nodes = np.asarray(block.data)
+            if block.type in num_nodes_per_cell and nodes.shape[1:] != (num_nodes_per_cell[block.type],):
+                raise ValueError(f"cells {block.type} of shape {nodes.shape}")
+            if nodes.size and nodes.dtype.kind in "iu" and not (nodes.min() >= 0 and nodes.max() < len(mesh.points)):
+                raise ValueError(f"cells {block.type} with nodes beyond the {len(mesh.points)} points")
     except (meshio.ReadError, *BROKEN) as error:
         reason = str(error) if isinstance(error, Exception) else said.getvalue().strip().split("\n")[0]
         text = f"{file}: not a mesh that meshio can read ({type(error).__name__}: {reason})"
         raise FileFormatError(f"{text}. Export it as gmsh 2.2 (.msh) or VTK (.vtu).") from error
     return mesh
-
-
-def _check_cells(mesh: Any) -> None:
-    """ValueError for cells with nodes that are not there, or with another number of nodes than their kind has."""
-    from meshio._common import num_nodes_per_cell
-
-    for block in mesh.cells:
-        nodes = np.asarray(block.data)
-        if block.type in num_nodes_per_cell and nodes.shape[1:] != (num_nodes_per_cell[block.type],):
-            raise ValueError(f"cells {block.type} of shape {nodes.shape}")
-        if nodes.size and nodes.dtype.kind in "iu" and not (nodes.min() >= 0 and nodes.max() < len(mesh.points)):
-            raise ValueError(f"cells {block.type} with nodes beyond the {len(mesh.points)} points")
 
 
 def plane_points(file: Path, points: Any) -> Array:
@@ -175,27 +188,6 @@ def _tags(file: Path, mesh: Any, n: int) -> Indices:
 def extent(points: Array) -> float:
     """Largest extent of points (n, 2) along an axis [m]."""
     return float(np.max(np.ptp(points, axis=0)))
-
-
-def _check_lines(mesh: LineMesh) -> None:
-    points, edges, name = mesh.points, mesh.edges, mesh.name
-    unused = np.setdiff1d(np.arange(len(points)), edges)
-    if unused.size:
-        first, count = unused[0], unused.size
-        text = f"{name}: {count} nodes belong to no line, the first is node {first} at {at(points, first)}"
-        raise InputError(f"{text}. Delete them, or connect them.")
-    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    k = int(np.argmin(lengths))
-    if lengths[k] <= SAME_PLACE * extent(points):
-        text = f"{name}: line {k} between nodes {edges[k, 0]} and {edges[k, 1]} has zero length"
-        raise InputError(f"{text}. Delete it and merge its nodes.")
-    first_of: dict[frozenset[int], int] = {}
-    for k, edge in enumerate(edges.tolist()):
-        first = first_of.setdefault(frozenset(edge), k)
-        if first != k:
-            text = f"{name}: lines {first} and {k} join the same nodes {edge[0]} and {edge[1]}"
-            raise InputError(f"{text}. Delete one of them.")
-    require_distinct(name, points, "lines")
 
 
 def require_distinct(name: str, points: Array, joined: str) -> None:

@@ -1,7 +1,5 @@
 """Plane meshes from files of gmsh and other generators, through meshio."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path

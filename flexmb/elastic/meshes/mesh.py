@@ -90,8 +90,7 @@ def places_of_check(kind: str) -> Array:
 def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
     """(m, q) Jacobian determinants [m^2] of all cells at `places_of_check`."""
     slopes = KINDS[kind].shape_functions(places_of_check(kind))[1]
-    x = points[cells]
-    J = np.einsum("mka,bkq->abmq", x, slopes, optimize=True)
+    J = np.einsum("mka,bkq->abmq", points[cells], slopes, optimize=True)
     return np.asarray(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0])
 
 
@@ -109,39 +108,6 @@ class Edges:
     def boundary(self) -> Indices:
         """(b, 2) or (b, 3) nodes of the edges of the boundary, with the body on the left."""
         return np.asarray(self.nodes[self.counts == 1])
-
-
-def edges_of(cells: Indices, kind: str) -> Edges:
-    """All edges of cells (m, k) of one kind."""
-    local = np.array(KINDS[kind].edges)
-    every = cells[:, local]  # (m, edges a cell, nodes an edge)
-    owner = np.repeat(np.arange(len(cells)), len(local))
-    every = every.reshape(-1, local.shape[1])
-    ends = np.sort(every[:, :2], axis=1)
-    key = ends[:, 0] * (int(cells.max()) + 1) + ends[:, 1]
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(np.diff(key[order], prepend=-1))
-    counts = np.diff(np.append(first, len(key)))
-    second = order[np.minimum(first + 1, len(key) - 1)]
-    cells_of = np.stack([owner[order[first]], np.where(counts > 1, owner[second], -1)], axis=1)
-    folded = (counts > 1) & (every[order[first], 0] == every[second, 0])
-    return Edges(every[order[first]], cells_of, counts, folded)
-
-
-def loops_of(boundary: Indices) -> list[Indices]:
-    """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left."""
-    # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes. The edges
-    # are (b, 2) or (b, 3) nodes.
-    after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
-    loops = []
-    while after:
-        node, nodes = next(iter(after)), []
-        while node in after:
-            edge = after.pop(node)
-            nodes += [edge[0], *edge[2:]]
-            node = edge[1]
-        loops.append(np.array(nodes, dtype=np.int64))
-    return loops
 
 
 def area_inside(points: Array) -> float:
@@ -222,18 +188,6 @@ def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> 
             raise InputError(f"{owner} names a {of} twice. Name each {of} once.")
         found[name] = _read_only(numbers)
     return found
-
-
-def require_sound(label: str, points: Array, cells: Indices, kind: str, edges: Edges) -> None:
-    """Refuse meshes whose cells are no decomposition of one connected body."""
-    _require_used(label, points, cells)
-    require_distinct(label, points, "cells")
-    _require_once(label, points, cells, kind)
-    _require_upright(label, points, cells, kind)
-    _require_two_cells(label, points, edges)
-    _require_one_piece(label, points, cells, edges)
-    _require_no_hanging_nodes(label, points, edges)
-    _require_simple_boundary(label, points, edges)
 
 
 def _require_used(label: str, points: Array, cells: Indices) -> None:
@@ -407,7 +361,16 @@ class PlaneMesh:
         groups = {"sets": MappingProxyType(sets), "regions": MappingProxyType(regions)}
         for name, value in {"points": points, "cells": cells, **groups}.items():
             object.__setattr__(self, name, value)
-        require_sound(label, points, cells, self.kind, self.edges)
+        # the cells must be a decomposition of one connected body
+        edges = self.edges
+        _require_used(label, points, cells)
+        require_distinct(label, points, "cells")
+        _require_once(label, points, cells, self.kind)
+        _require_upright(label, points, cells, self.kind)
+        _require_two_cells(label, points, edges)
+        _require_one_piece(label, points, cells, edges)
+        _require_no_hanging_nodes(label, points, edges)
+        _require_simple_boundary(label, points, edges)
 
     @property
     def label(self) -> str:
@@ -422,12 +385,34 @@ class PlaneMesh:
     @cached_property
     def edges(self) -> Edges:
         """All edges of the cells."""
-        return edges_of(self.cells, self.kind)
+        local = np.array(KINDS[self.kind].edges)
+        every = self.cells[:, local]  # (m, edges a cell, nodes an edge)
+        owner = np.repeat(np.arange(len(self.cells)), len(local))
+        every = every.reshape(-1, local.shape[1])
+        ends = np.sort(every[:, :2], axis=1)
+        key = ends[:, 0] * (int(self.cells.max()) + 1) + ends[:, 1]
+        order = np.argsort(key, kind="stable")
+        first = np.flatnonzero(np.diff(key[order], prepend=-1))
+        counts = np.diff(np.append(first, len(key)))
+        second = order[np.minimum(first + 1, len(key) - 1)]
+        cells_of = np.stack([owner[order[first]], np.where(counts > 1, owner[second], -1)], axis=1)
+        folded = (counts > 1) & (every[order[first], 0] == every[second, 0])
+        return Edges(every[order[first]], cells_of, counts, folded)
 
     @cached_property
     def loops(self) -> tuple[Indices, ...]:
         """Nodes of each closed line of the boundary in order: the outline first, then the holes."""
-        loops = loops_of(self.edges.boundary)
+        boundary = self.edges.boundary
+        # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.
+        after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
+        loops = []
+        while after:
+            node, nodes = next(iter(after)), []
+            while node in after:
+                edge = after.pop(node)
+                nodes += [edge[0], *edge[2:]]
+                node = edge[1]
+            loops.append(np.array(nodes, dtype=np.int64))
         return tuple(sorted(loops, key=lambda loop: -area_inside(self.points[loop])))
 
     @cached_property
@@ -570,7 +555,13 @@ def quadratic(mesh: PlaneMesh, rounds: Sequence[str]) -> PlaneMesh:
     own = {name: _pairs_in(edges, mesh.edges_in(name), n) for name in mesh.sets}
     for name in rounds:
         mesh.set_of(name)
-        centre, radius = circle_of(mesh, name)
+        # Centre and radius [m] of the circle on which the nodes of a set lie, or `InputError`
+        points = mesh.points[mesh.set_of(name)]
+        mean = points.mean(axis=0)
+        centre = _centre_of_circle(points - mean) if len(points) > 3 else None
+        if centre is None:
+            raise InputError(f"{mesh.label}: the nodes of set {name!r} lie on no circle. Leave it out of rounds.")
+        centre, radius = mean + centre, float(np.linalg.norm(points - mean - centre, axis=1).mean())
         off = middles[own[name]] - centre
         middles[own[name]] = centre + off * (radius / np.linalg.norm(off, axis=1))[:, None]
     local = np.array(mesh.cell_kind.edges)
@@ -596,16 +587,6 @@ def _pairs_in(edges: Indices, wanted: Indices, nodes: int) -> Indices:
     keys, others = (np.sort(e[:, :2], axis=1) @ np.array([nodes, 1]) for e in (edges, wanted))
     order = np.argsort(keys)
     return np.asarray(order[np.searchsorted(keys, others, sorter=order)])
-
-
-def circle_of(mesh: PlaneMesh, name: str) -> tuple[Array, float]:
-    """Centre and radius [m] of the circle on which the nodes of a set lie, or `InputError`."""
-    points = mesh.points[mesh.set_of(name)]
-    mean = points.mean(axis=0)
-    centre = _centre_of_circle(points - mean) if len(points) > 3 else None
-    if centre is None:
-        raise InputError(f"{mesh.label}: the nodes of set {name!r} lie on no circle. Leave it out of rounds.")
-    return mean + centre, float(np.linalg.norm(points - mean - centre, axis=1).mean())
 
 
 def _centre_of_circle(points: Array) -> Array | None:

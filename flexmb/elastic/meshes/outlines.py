@@ -5,8 +5,6 @@ Delaunay's triangulation when no other node lies in the circle around it.  Nodes
 boundary, so the boundary is met unless two parts of it are closer than the cells are long, which is refused.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -77,12 +75,16 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     """One mesh of blocks given as grids of nodes (2 i + 1, 2 j + 1, 2) [m], which meet in nodes at the same places."""
     points = np.concatenate([grid.reshape(-1, 2) for grid in grids])
     starts = np.cumsum([0, *(grid.shape[0] * grid.shape[1] for grid in grids)])
-    nodes = _merged(points)
+    # Number of the node of each point; points at the same place are one node
+    reach = SAME_NODE * float(np.ptp(points, axis=0).max())
+    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    nodes = np.asarray(connected_components(links, directed=False)[1].astype(np.int64))
     cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
-    quads = kind.startswith("quad")
-    cells = cells[:, : KINDS[kind].nodes] if quads else halved(points[_first_of(nodes)], cells, kind)
+    points = points[np.unique(nodes, return_index=True)[1]]
+    cells = cells[:, : KINDS[kind].nodes] if kind.startswith("quad") else halved(points, cells, kind)
     used, numbers = np.unique(cells, return_inverse=True)
-    return PlaneMesh(points[_first_of(nodes)][used], numbers.reshape(cells.shape), kind, name=name)
+    return PlaneMesh(points[used], numbers.reshape(cells.shape), kind, name=name)
 
 
 def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneMesh:
@@ -93,20 +95,6 @@ def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneM
 def on_circle(points: Array, centre: Sequence[float], radius: float) -> npt.NDArray[np.bool_]:
     """Whether points lie on a circle."""
     return np.asarray(np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius)
-
-
-def _merged(points: Array) -> Indices:
-    """Number of the node of each point; points at the same place are one node."""
-    reach = SAME_NODE * float(np.ptp(points, axis=0).max())
-    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    labels = connected_components(links, directed=False)[1]
-    return np.asarray(labels.astype(np.int64))
-
-
-def _first_of(nodes: Indices) -> Indices:
-    """First point of each node."""
-    return np.unique(nodes, return_index=True)[1]
 
 
 def _cells_of(grid: Array) -> Indices:
@@ -178,26 +166,33 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
     starts = np.cumsum([0, *map(len, loops)])
     rings = [first + np.arange(len(loop)) for first, loop in zip(starts[:-1], loops, strict=True)]
     edges = np.concatenate([np.stack([ring, np.roll(ring, -1)], axis=1) for ring in rings])
-    points = np.concatenate([fixed, _lattice(shape, fixed, edges, size)])
-    points = np.concatenate([points, _behind_bends(points, _inside(shape, points), edges)])
-    for _ in range(ROUNDS):
-        cells = _inside(shape, points)
-        points = _smoothed(points, cells, len(fixed), fixed, edges)
-    cells = _inside(shape, points)
-    _require_boundary(shape, points, cells, edges)
-    holes = {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
-    return points, cells, holes
-
-
-def _lattice(shape: Shape, fixed: Array, edges: Indices, size: float) -> Array:
-    """Nodes of a lattice of equal triangles that lie inside and clear of the boundary."""
+    # Nodes of a lattice of equal triangles that lie inside and clear of the boundary
     low, high = fixed.min(axis=0), fixed.max(axis=0)
     rows = np.arange(low[1], high[1], size * np.sqrt(0.75))
     columns = np.arange(low[0] - size, high[0] + size, size)
     x = columns + 0.5 * size * (np.arange(len(rows)) % 2)[:, None]
     points = np.stack([x, np.broadcast_to(rows[:, None], x.shape)], axis=2).reshape(-1, 2)
     points = points[shape.contains(points)]
-    return points[_is_clear(points, fixed, edges)]
+    points = np.concatenate([fixed, points[_is_clear(points, fixed, edges)]])
+    points = np.concatenate([points, _behind_bends(points, _inside(shape, points), edges)])
+    for _ in range(ROUNDS):
+        cells = _inside(shape, points)
+        # Points (n, 2) with inner ones at the mean of their neighbours, unless this is near the boundary
+        held = len(fixed)
+        total, counts = np.zeros_like(points), np.zeros(len(points))
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            for first, second in ((a, b), (b, a)):
+                np.add.at(total, cells[:, first], points[cells[:, second]])
+                np.add.at(counts, cells[:, first], 1.0)
+        moved = points.copy()
+        new = total[held:] / np.maximum(counts[held:], 1.0)[:, None]
+        good = (counts[held:] > 0.0) & _is_clear(new, fixed, edges)
+        moved[held:][good] = new[good]
+        points = moved
+    cells = _inside(shape, points)
+    _require_boundary(shape, points, cells, edges)
+    holes = {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
+    return points, cells, holes
 
 
 def _behind_bends(points: Array, cells: Indices, edges: Indices) -> Array:
@@ -220,20 +215,6 @@ def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.boo
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     near, of = cKDTree(ends.mean(axis=1)).query(points)
     return np.asarray(near > CLEAR * lengths[of])
-
-
-def _smoothed(points: Array, cells: Indices, held: int, fixed: Array, edges: Indices) -> Array:
-    """Points (n, 2) with inner ones at the mean of their neighbours, unless this is near the boundary."""
-    total, counts = np.zeros_like(points), np.zeros(len(points))
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        for first, second in ((a, b), (b, a)):
-            np.add.at(total, cells[:, first], points[cells[:, second]])
-            np.add.at(counts, cells[:, first], 1.0)
-    moved = points.copy()
-    new = total[held:] / np.maximum(counts[held:], 1.0)[:, None]
-    good = (counts[held:] > 0.0) & _is_clear(new, fixed, edges)
-    moved[held:][good] = new[good]
-    return moved
 
 
 def _inside(shape: Shape, points: Array) -> Indices:
@@ -294,7 +275,8 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     # refused.
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     lengths = np.linalg.norm(after, axis=1)
-    turns = _turns(before, after)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    turns = np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
     tangents = radii * np.tan(0.5 * np.abs(turns))  # from the corner to where the arc begins
     _require_room(label, radii, tangents, lengths)
     points: list[Array] = []
@@ -312,12 +294,6 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     kept = np.linalg.norm(found - np.roll(found, 1, axis=0), axis=1) > SAME_PLACE * lengths.max()
     numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
     return found[kept], [numbers[arc] for arc in arcs]
-
-
-def _turns(before: Array, after: Array) -> Array:
-    """Turn of the direction at each corner [rad], > 0 to the left."""
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
 
 
 def _require_room(label: str, radii: Array, tangents: Array, lengths: Array) -> None:
@@ -644,14 +620,6 @@ class _Eye:
         top = y + self.slope * (r - x)
         return [segment((x, -y), (r, -top)), segment((r, -top), (r, top)), segment((r, top), (x, y))]
 
-    def neck_counts(self, curves: Sequence[Curve], across: int) -> list[int]:
-        """Numbers of cells along the curves of the neck."""
-        if len(curves) == 1:
-            return [across]
-        x = float(curves[0](np.zeros(1))[0, 0])
-        side = max(1, cells_along(self.radius - x, self.size))
-        return [side, across, side]
-
     def neck(self, across: int) -> Array:
         """Nodes (2 across + 1, 2) where the shank begins, from below."""
         curves = self.neck_curves()
@@ -662,14 +630,17 @@ class _Eye:
         """Grid of the eye: from the hole along rays to the outline and to the neck."""
         opening, neck = self.opening, self.neck_curves()
         around = cells_along(2.0 * (math.pi - opening) * self.radius, self.size)
-        curves, counts = [*neck], self.neck_counts(neck, across)
+        counts = [across]
+        if len(neck) > 1:
+            side = max(1, cells_along(self.radius - float(neck[0](np.zeros(1))[0, 0]), self.size))
+            counts = [side, across, side]
         outline, cells = [arc((0.0, 0.0), self.radius, opening, 2.0 * math.pi - opening)], [max(4, around)]
         if self.arcs is not None:
             ends = self.arcs[0](np.arange(2.0))
             turn = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(ends[1] - ends[0])) / self.fillet))
             along = max(2, math.ceil(turn / LARGEST_TURN), cells_along(turn * self.fillet, self.size))
             outline, cells = [self.arcs[0], *outline, self.arcs[1]], [along, *cells, along]
-        outer = sampled([*curves, *outline], [*counts, *cells])
+        outer = sampled([*neck, *outline], [*counts, *cells])
         angle = np.arctan2(outer[:, 1], outer[:, 0])
         inner = self.hole * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         return ruled(inner, outer, cells_along(self.reach - self.hole, self.size))

@@ -121,31 +121,26 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
     on_coordinates(p, arms, f, r)
     matrix_on_coordinates(p, arms, B, A)
     for pin in range(int(p[PINS])):
-        add_turning(p, pin, x, v, a, kq, kv, arms, f, A)
-
-
-@fast
-def add_turning(p, pin, x, v, a, kq, kv, arms, f, A):
-    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia."""
-    # The latter are linear functions of velocities and accelerations: what they add to forces at rest.
-    n, theta = 2 * int(p[NODES]), 3 * pin + 2
-    own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
-    arms_of_pin(p, pin, arms, own)
-    along, across = -kq * a[theta] - 2.0 * kv * v[theta], -kq * v[theta] * v[theta]
-    for i in range(0, n, 2):
-        change[i], change[i + 1] = -kq * v[theta] * own[i], -kq * v[theta] * own[i + 1]
-        gain[i], gain[i + 1] = along * own[i] - across * own[i + 1], along * own[i + 1] + across * own[i]
-    node_forces(p, x, change, gain, moving)
-    change[:], gain[:] = 0.0, 0.0
-    node_forces(p, x, change, gain, still)
-    for i in range(n):
-        A[theta, theta] -= kq * own[i] * f[i]
-        moving[i] -= still[i]
-    column = on_every_coordinate()
-    column[:] = 0.0
-    on_coordinates(p, arms, moving, column)
-    for i in range(A.shape[0]):
-        A[i, theta] += column[i]
+        # Tangent of the arms of a turning pin, by forces f, damping and inertia. The latter are linear functions of
+        # velocities and accelerations: what they add to forces at rest.
+        n, theta = 2 * int(p[NODES]), 3 * pin + 2
+        own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
+        arms_of_pin(p, pin, arms, own)
+        along, across = -kq * a[theta] - 2.0 * kv * v[theta], -kq * v[theta] * v[theta]
+        for i in range(0, n, 2):
+            change[i], change[i + 1] = -kq * v[theta] * own[i], -kq * v[theta] * own[i + 1]
+            gain[i], gain[i + 1] = along * own[i] - across * own[i + 1], along * own[i + 1] + across * own[i]
+        node_forces(p, x, change, gain, moving)
+        change[:], gain[:] = 0.0, 0.0
+        node_forces(p, x, change, gain, still)
+        for i in range(n):
+            A[theta, theta] -= kq * own[i] * f[i]
+            moving[i] -= still[i]
+        column = on_every_coordinate()
+        column[:] = 0.0
+        on_coordinates(p, arms, moving, column)
+        for i in range(A.shape[0]):
+            A[i, theta] += column[i]
 
 
 @fast

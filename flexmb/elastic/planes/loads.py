@@ -184,8 +184,12 @@ def node_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 
 @fast
-def edge_forces(p, x, f):
-    """Forces f (2 m,) on the nodes of an edge at the places x (2 m,)."""
+def edge_force(p, q, arms, f, r):
+    """Arms, forces f (2 m,), residual r (n,) of an edge."""
+    x = nodal()
+    turned_arms(p, q, arms)
+    node_places(p, q, arms, x)
+    # Forces f (2 m,) on the nodes of an edge at the places x (2 m,)
     m = int(p[NODES])
     for k in range(m):
         fx, fy = 0.0, 0.0
@@ -195,15 +199,6 @@ def edge_forces(p, x, f):
             fx += along * x[2 * l] - normal * x[2 * l + 1]
             fy += along * x[2 * l + 1] + normal * x[2 * l]
         f[2 * k], f[2 * k + 1] = fx, fy
-
-
-@fast
-def edge_force(p, q, arms, f, r):
-    """Arms, forces f (2 m,), residual r (n,) of an edge."""
-    x = nodal()
-    turned_arms(p, q, arms)
-    node_places(p, q, arms, x)
-    edge_forces(p, x, f)
     for i in range(2 * int(p[NODES])):
         f[i] = -f[i]
     for i in range(r.shape[0]):

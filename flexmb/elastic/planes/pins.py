@@ -67,8 +67,7 @@ def averaged_pin(
     mean = weights @ arms
     own = arms - mean
     moment = float(weights @ (own**2).sum(axis=1))
-    p = [*mean, moment, *np.column_stack([weights, own]).ravel()]
-    numbers = tuple(map(float, p))
+    numbers = tuple(map(float, [*mean, moment, *np.column_stack([weights, own]).ravel()]))
     return ConstraintContribution(part, averaged_pin_kernel, coordinates, numbers, 3, is_drive=True)
 
 
@@ -130,7 +129,13 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
     # A rigid pin moves all of its nodes. An averaged pin takes three displacements of its nodes, those that determine
     # its means best; the others stay free. A pin with one node, nodes that lie at the pin, and a node of two pins are
     # refused.
-    _require_separate(interfaces, mesh)
+    owner: dict[int, str] = {}
+    for interface in interfaces:
+        for node in interface.nodes.tolist():
+            if node in owner:
+                text = f"{mesh.label}: node {node} belongs to the pins {owner[node]!r} and {interface.name!r}"
+                raise InputError(f"{text}. Take sets without common nodes.")
+            owner[node] = interface.name
     blocks, rows, taken = [], [], np.zeros(2 * len(mesh.points), dtype=bool)
     for interface in interfaces:
         _require_arms(interface, mesh)
@@ -140,7 +145,12 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
         else:
             averages = interface.averages(mesh)
             rows.append((dofs, averages))
-            blocks.append(_eliminated(dofs, averages))
+            # Three dependent displacements, the others, and the dependent ones (3, 3 + others) by pin and others
+            scale = np.abs(averages).max(axis=1, keepdims=True)
+            chosen = qr(averages / scale, pivoting=True, mode="r")[1][:3]
+            rest = np.setdiff1d(np.arange(len(dofs)), chosen)
+            inverse = np.linalg.inv(averages[:, chosen])
+            blocks.append((dofs[chosen], dofs[rest], np.hstack([inverse, -inverse @ averages[:, rest]])))
         taken[blocks[-1][0]] = True
     free = np.flatnonzero(~taken)
     place = np.cumsum(~taken) - 1 + 3 * len(interfaces)
@@ -152,15 +162,6 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
     means = [(np.repeat(3 * a + np.arange(3), len(d)), np.tile(d, 3), B.ravel()) for a, (d, B) in enumerate(rows)]
     names = tuple(interface.name for interface in interfaces)
     return Tie(matrix, names, free, _sparse(means, (3 * len(rows), len(taken))))
-
-
-def _eliminated(dofs: Indices, averages: Array) -> tuple[Indices, Indices, Array]:
-    """Three dependent displacements, the others, and the dependent ones (3, 3 + others) by pin and others."""
-    scale = np.abs(averages).max(axis=1, keepdims=True)
-    chosen = qr(averages / scale, pivoting=True, mode="r")[1][:3]
-    rest = np.setdiff1d(np.arange(len(dofs)), chosen)
-    inverse = np.linalg.inv(averages[:, chosen])
-    return dofs[chosen], dofs[rest], np.hstack([inverse, -inverse @ averages[:, rest]])
 
 
 def _sparse(entries: Sequence[tuple[Indices, Indices, Array]], shape: tuple[int, int]) -> csr_array:
@@ -179,13 +180,3 @@ def _require_arms(interface: Interface, mesh: PlaneMesh) -> None:
     reach = float(np.linalg.norm(interface.arms(mesh), axis=1).max())
     if reach <= NO_ARM * mesh.size:
         raise InputError(f"{label}: all nodes lie at its point. Take the nodes around the hole.")
-
-
-def _require_separate(interfaces: Sequence[Interface], mesh: PlaneMesh) -> None:
-    owner: dict[int, str] = {}
-    for interface in interfaces:
-        for node in interface.nodes.tolist():
-            if node in owner:
-                text = f"{mesh.label}: node {node} belongs to the pins {owner[node]!r} and {interface.name!r}"
-                raise InputError(f"{text}. Take sets without common nodes.")
-            owner[node] = interface.name

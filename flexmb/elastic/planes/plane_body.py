@@ -149,9 +149,7 @@ class PlaneBody(MeshBody):
     end: Point | None = field('point of the pin "end", as far from "start" as in the mesh', "m", point, default=None)
     at: Point | None = field("point of the mesh's origin, in place of start and end", "m", point, default=None)
     angle: float = field("direction of the mesh's x-axis, beside `at`", "rad", default=0.0)
-    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...] = field(
-        "across the plane, or by region", "m"
-    )
+    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...] = field("of the plane, or by region", "m")
     material: Material | Mapping[str, Material] | tuple[tuple[str, Material], ...] = field("material, or by region")
     state: str = field('"stress" or "strain", see above', rule=one_of(STRESS, STRAIN), default=STRESS)
     pins: tuple[str, ...] | None = field("names of sets; None: all sets that are a whole hole", default=None)
@@ -291,10 +289,9 @@ class PlaneBody(MeshBody):
         gap = planar.distance((pins[0].x, pins[0].y), point)
         if gap > SAME_LENGTH * self.mesh.size:
             listed = ", ".join(f"{pin.name} at ({pin.x:.6g}, {pin.y:.6g})" for pin in pins[:8])
-            raise InputError(
-                f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no pin of {self.label}; it lies {gap:.3g} m from "
-                f"the nearest. Pins: {listed}. Move the point there, or name a set of the mesh there as a pin."
-            )
+            text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no pin of {self.label};"
+            text += f" it lies {gap:.3g} m from the nearest. Pins: {listed}."
+            raise InputError(f"{text} Move the point there, or name a set of the mesh there as a pin.")
         return Attachment(self.name, pins[0].name, (0.0, 0.0))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:

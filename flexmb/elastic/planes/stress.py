@@ -23,7 +23,7 @@ from flexmb.engine.compiled.arrays import stack_space
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.model.shape import MeshShape
-from flexmb.planar import Array
+from flexmb.planar import Array, Indices
 
 
 def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> MeshShape:
@@ -58,21 +58,17 @@ SAMPLES = {  # points of the reference cell where stresses are most exact (Barlo
 }
 
 
-def carried_to_nodes(kind: str) -> np.ndarray:
-    """(nodes, samples), values at the nodes of functions of the values at the samples."""
+def gradients_at_nodes(points: np.ndarray, cells: np.ndarray, kind: str) -> np.ndarray:
+    """(cells, nodes, nodes, 2): gradients [1/m] that give the recovered strain at a node (second axis) of a cell."""
+    gradients = gradients_at(points, cells, kind, np.array(SAMPLES[kind], dtype=float).T)[1]
+    # Values at the nodes of functions of the values at the samples
     samples, nodes = np.array(SAMPLES[kind], dtype=float), KINDS[kind].reference_nodes.T
 
     def terms(places: np.ndarray) -> np.ndarray:
         x, y = places.T
         return np.stack([np.ones_like(x), x, y, x * y], axis=1)[:, : len(samples)]
 
-    return np.asarray(terms(nodes) @ np.linalg.inv(terms(samples)))
-
-
-def gradients_at_nodes(points: np.ndarray, cells: np.ndarray, kind: str) -> np.ndarray:
-    """(cells, nodes, nodes, 2): gradients [1/m] that give the recovered strain at a node (second axis) of a cell."""
-    gradients = gradients_at(points, cells, kind, np.array(SAMPLES[kind], dtype=float).T)[1]
-    return np.asarray(np.einsum("kp,cpnx->cknx", carried_to_nodes(kind), gradients))
+    return np.asarray(np.einsum("kp,cpnx->cknx", np.asarray(terms(nodes) @ np.linalg.inv(terms(samples))), gradients))
 
 
 def gradients_at(points: np.ndarray, cells: np.ndarray, kind: str, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,9 +94,7 @@ def around_nodes(cells: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray
     return np.asarray(np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count))
 
 
-def nodal_stresses(
-    points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, x: np.ndarray
-) -> np.ndarray:
+def nodal_stresses(points: Array, cells: Indices, kind: str, materials: Array, x: Array) -> Array:
     """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants."""
     # `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
     # d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
@@ -114,9 +108,7 @@ def nodal_stresses(
     return found
 
 
-def linear_stresses(
-    points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, u: np.ndarray
-) -> np.ndarray:
+def linear_stresses(points: Array, cells: Indices, kind: str, materials: Array, u: Array) -> Array:
     """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m], no rotations."""
     areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
     found = np.zeros((len(u), len(points), 4))

@@ -276,14 +276,30 @@ def deformation_findings(body: Reduced, motion: WatchedMotion) -> Iterator[Findi
     if np.isfinite(d).all():
         d = shortened(d, body.element.directions)
         whole = float(0.5 * np.einsum("ti,ij,tj->t", d, body.element.matrices["K"], d).max())
-        yield from _of_rotation(body, whole, motion)
+        # Finding on centrifugal forces that the kept shapes leave out, beside the largest strain energy [J]
+        model, force = body.model, inertia_loads(body.model)["rotation"]
+        speed, when = min(motion.peak(f"{body.name}.{pin.name}.omega") for pin in model.pins)
+        moved, size = np.abs(model.shape @ body.basis.static(force)).max(), np.ptp(model.points, axis=0).max()
+        left = speed**4 * left_out(body, force)[1]
+        share = left / (whole + left) if left > 0.0 else 0.0
+        if share > LEFT_OUT and speed**2 * moved > STEP_ERROR * size:
+            text = f"{body.label}: at t = {when:.6g} s it turns at {speed:.4g} rad/s, and its kept shapes leave out "
+            text += f"{100.0 * share:.3g} % of its strain energy, by centrifugal forces: stress inside is too small."
+            remedy = "Keep their shape, Reduced(..., inertia_shapes=True), or more modes."
+            yield found("missing-shapes", (body.name,), text, remedy, time=when, share=share, limit=LEFT_OUT)
         if body.basis.vibrations >= AT_EDGE:
             yield from _at_edge(body, d, motion.times, whole)
 
 
 def _large(body: Reduced, d: np.ndarray, motion: WatchedMotion) -> Iterator[Finding]:
     """Finding on deformations d (t, n) by much of the size of a body."""
-    shares = _shares(body, d)
+    # Largest displacements in the frame of a body over its size
+    model = body.model
+    points = np.linspace(0, len(model.points) - 1, min(MOST_POINTS, len(model.points))).astype(int)
+    with np.errstate(all="ignore"):
+        x, y = (d @ np.asarray(model.shape[2 * points + axis] @ body.basis.shapes).T for axis in (0, 1))
+        shares = np.hypot(x, y).max(axis=1) / np.ptp(model.points, axis=0).max()
+    shares = np.asarray(np.nan_to_num(shares, nan=np.inf))
     large = np.flatnonzero(np.append(shares, np.inf) > LARGE_SHARE)[0] if motion.failed else 0
     lost = next((k for k in range(int(large)) if _inertia_is_lost(body, d[k])), None)
     if lost is not None:
@@ -307,16 +323,6 @@ def _large(body: Reduced, d: np.ndarray, motion: WatchedMotion) -> Iterator[Find
     time = float(motion.times[when])
     text = f"{body.label}: at t = {time:.6g} s it is deformed {text}"
     yield found("large-deformation", (body.name,), text, remedy, wrong=wrong, time=time, share=share)
-
-
-def _shares(body: Reduced, d: np.ndarray) -> np.ndarray:
-    """(t,) largest displacements in the frame of a body over its size."""
-    model = body.model
-    points = np.linspace(0, len(model.points) - 1, min(MOST_POINTS, len(model.points))).astype(int)
-    with np.errstate(all="ignore"):
-        x, y = (d @ np.asarray(model.shape[2 * points + axis] @ body.basis.shapes).T for axis in (0, 1))
-        shares = np.hypot(x, y).max(axis=1) / np.ptp(model.points, axis=0).max()
-    return np.asarray(np.nan_to_num(shares, nan=np.inf))
 
 
 def _inertia_is_lost(body: Reduced, d: np.ndarray) -> bool:
@@ -350,17 +356,3 @@ def _at_edge(body: Reduced, d: np.ndarray, time: np.ndarray, whole: float) -> It
         text += f" The lowest one left out has {frequency:.4g} Hz with held pins." if np.isfinite(frequency) else ""
         numbers = {"time": time[when], "share": share, "limit": EDGE_SHARE}
         yield found("missing-shapes", (body.name,), text, f"Keep more: modes={more}.", **numbers)
-
-
-def _of_rotation(body: Reduced, whole: float, motion: WatchedMotion) -> Iterator[Finding]:
-    """Finding on centrifugal forces that the kept shapes leave out, beside the largest strain energy [J]."""
-    model, force = body.model, inertia_loads(body.model)["rotation"]
-    speed, when = min(motion.peak(f"{body.name}.{pin.name}.omega") for pin in model.pins)
-    moved, size = np.abs(model.shape @ body.basis.static(force)).max(), np.ptp(model.points, axis=0).max()
-    left = speed**4 * left_out(body, force)[1]
-    share = left / (whole + left) if left > 0.0 else 0.0
-    if share > LEFT_OUT and speed**2 * moved > STEP_ERROR * size:
-        text = f"{body.label}: at t = {when:.6g} s it turns at {speed:.4g} rad/s, and its kept shapes leave out "
-        text += f"{100.0 * share:.3g} % of its strain energy, by centrifugal forces: stress inside is too small."
-        remedy = "Keep their shape, Reduced(..., inertia_shapes=True), or more modes."
-        yield found("missing-shapes", (body.name,), text, remedy, time=when, share=share, limit=LEFT_OUT)

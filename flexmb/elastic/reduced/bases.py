@@ -146,7 +146,9 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
     if static_shapes:
         inside = _with_static(model, K[m:, m:], inside, solve(forces[m:]))
     full = np.vstack([np.zeros((m, inside.shape[1])), inside])
-    added = _added_nodes(model, inside.shape[1] // 3 - inertia, inertia=inertia)
+    x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
+    names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(inside.shape[1] // 3 - inertia))]
+    added = tuple(Node(name, x, y, model.pins[0].theta) for name in names)
     scaled = full * _amplitudes(model, full)
     rigid = followed(model.pins, len(added))
     shapes = np.hstack([static - scaled @ rigid, scaled])
@@ -180,8 +182,7 @@ def inertia_loads(model: ElasticModel) -> dict[str, Array]:
 
 def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:
     """(n, s + k) static shapes (n, s), then vibrations (n, k) without their static part."""
-    energies = shapes.T @ (K @ shapes)
-    sizes = np.sqrt(np.diag(energies))
+    sizes = np.sqrt(np.diag(shapes.T @ (K @ shapes)))
     if not sizes.all():
         _refuse_shapes(model)
     unit = shapes / sizes
@@ -251,13 +252,6 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
     size = np.ptp(model.points, axis=0).max()
     signs = np.sign(moved[np.abs(moved).argmax(axis=0), np.arange(phi.shape[1])])
     return np.asarray(signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest)
-
-
-def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:
-    """Nodes of shapes of inertia, of loads and of vibrations, in the middle of the pins."""
-    x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
-    names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(count))]
-    return tuple(Node(name, x, y, model.pins[0].theta) for name in names)
 
 
 def frame_weights(pins: tuple[Node, ...]) -> Array:

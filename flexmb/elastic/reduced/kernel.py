@@ -42,6 +42,7 @@ import math
 from flexmb.elastic.beams.corotational import turned_back
 from flexmb.engine.compiled.arrays import block_of, entry_of, item_of, part_of, row_of, stack_matrix
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.model.contributions import ElementKernels
 
 # Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is a D,
 # stiffness-proportional damping time, g, m and int rho X.
@@ -69,12 +70,6 @@ def direction(p, k):
     """Index in p of the first entry of a direction."""
     n = int(p[COUNT])
     return begin(p, MATRICES) + k * n * (ROWS_OF_DIRECTION + n)
-
-
-@fast
-def end_of(p):
-    """Number of the parameters of the element."""
-    return direction(p, int(p[DIRECTIONS]))
 
 
 @fast
@@ -320,8 +315,7 @@ def residual(p, q, v, a, x, r):
     c, s, spin, spin_rate, _ = motion(p, q, v, a, x)
     strain, power = elastic(p, x)
     F = part_of(x[T2], 0, int(p[COUNT]))
-    f = forces(p, spin, spin_rate, x, F)
-    write_forces(p, c, s, f, x, F, r)
+    write_forces(p, c, s, forces(p, spin, spin_rate, x, F), x, F, r)
     return strain, power
 
 
@@ -676,3 +670,6 @@ def reduced_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     mass_times(p, c, s, x, v, Mv)
     mass_times(p, c, s, x, y, My)
     return strain, gravity_energy(p, q, c, s, x), power
+
+
+REDUCED = ElementKernels(reduced_kernel, reduced_energy, reduced_force, reduced_tangent, reduced_account)

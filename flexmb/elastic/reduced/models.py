@@ -149,8 +149,7 @@ def _shear(data: BeamMatrices, k: int) -> Array:
 
 def _axis(data: BeamMatrices, k: int) -> Array:
     """(4, 4) displacements and slopes of the axis at both ends by w1, theta1, w2, theta2."""
-    shear = _shear(data, k)
-    return np.asarray(np.eye(4) - np.outer([0.0, 1.0, 0.0, 1.0], shear))
+    return np.asarray(np.eye(4) - np.outer([0.0, 1.0, 0.0, 1.0], _shear(data, k)))
 
 
 THIN = 2e-3  # half of the depth over the length with which beams of unknown depth are drawn

@@ -15,7 +15,18 @@ import math
 import numpy as np
 
 from flexmb.elastic.planes.stress import von_mises_square
-from flexmb.elastic.reduced.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
+from flexmb.elastic.reduced.kernel import (
+    COUNT,
+    DIRECTIONS,
+    MOST,
+    QD,
+    T1,
+    T2,
+    deformation,
+    direction,
+    frame_of,
+    shortened,
+)
 from flexmb.engine.compiled.arrays import part_of, stack_matrix, stack_space, stack_vector
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
@@ -36,8 +47,9 @@ side_by_side = stack_vector(4 * LANES)
 
 
 @fast
-def add_stresses(p, at, e, n, size, S):
-    """Set S (size,) = stresses of nodes side by side, by the deformation e (n,), of which e[0] = e[1] = 0."""
+def squares(p, at, e, n, size, S):
+    """Set S = squares of the von Mises stresses side by side, and other numbers behind them."""
+    # Set S (size,) = stresses of nodes side by side, by the deformation e (n,), of which e[0] = e[1] = 0
     for k in range(size):
         S[k] = p[at + 2 * size + k] * e[2]
     for i in range(3, n, 3):
@@ -45,12 +57,6 @@ def add_stresses(p, at, e, n, size, S):
         e1, e2, e3 = e[i], e[i + 1], e[i + 2]
         for k in range(size):
             S[k] += p[first + k] * e1 + p[second + k] * e2 + p[third + k] * e3
-
-
-@fast
-def squares(p, at, e, n, size, S):
-    """Set S = squares of the von Mises stresses side by side, and other numbers behind them."""
-    add_stresses(p, at, e, n, size, S)
     for k in range(size, 4 * LANES):
         S[k] = 0.0
     for k in range(LANES):
@@ -113,7 +119,7 @@ def largest_stress(p, q, least, x):
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, y)
-    begin = end_of(p)
+    begin = direction(p, int(p[DIRECTIONS]))  # behind the parameters of the element
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
     blocks, step = -(-groups // LANES), LANES * n + n * size
     of_blocks, bounds = stack_space(blocks), stack_space(groups)
@@ -158,7 +164,15 @@ def peak_stress_signal(
 def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
     """Parameters of the search: stresses (nodes, 4, n) [Pa/m, Pa/rad] by groups and blocks of nodes."""
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
-    metric, root = _metric(stresses)
+    # Matrices (nodes, 4, n) whose products with R e have the size of the von Mises stress, and R (n, n)
+    n = stresses.shape[2]
+    V = np.array([[1.0, -0.5, 0.0, -0.5], [-0.5, 1.0, 0.0, -0.5], [0.0, 0.0, 3.0, 0.0], [-0.5, -0.5, 0.0, 1.0]])
+    sizes, axes = np.linalg.eigh(V)
+    whole = np.einsum("ab,mbn->man", (np.sqrt(np.maximum(sizes, 0.0)) * axes).T, stresses)
+    flat = whole.reshape(-1, n)
+    squares, shapes = np.linalg.eigh(flat.T @ flat / len(stresses))
+    scale = np.sqrt(np.maximum(squares, LEAST * max(float(squares[-1]), 1e-300)))
+    metric, root = whole @ (shapes / scale), scale[:, None] * shapes.T
     found = groups_of(metric)
     whole = np.concatenate([found, np.repeat(found[-1:], -len(found) % LANES, axis=0)]).reshape(-1, LANES**2)
     own = [_bounds(metric, stresses[:, :parts], nodes) for nodes in (whole, found)]
@@ -181,20 +195,7 @@ def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.nd
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
     """Numbers (m, ...), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
-    m = len(numbers)
-    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(m, -1)]).ravel()
-
-
-def _metric(stresses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Matrices (nodes, 4, n) whose products with R e have the size of the von Mises stress, and R (n, n)."""
-    n = stresses.shape[2]
-    V = np.array([[1.0, -0.5, 0.0, -0.5], [-0.5, 1.0, 0.0, -0.5], [0.0, 0.0, 3.0, 0.0], [-0.5, -0.5, 0.0, 1.0]])
-    sizes, axes = np.linalg.eigh(V)
-    whole = np.einsum("ab,mbn->man", (np.sqrt(np.maximum(sizes, 0.0)) * axes).T, stresses)
-    flat = whole.reshape(-1, n)
-    squares, shapes = np.linalg.eigh(flat.T @ flat / len(stresses))
-    scale = np.sqrt(np.maximum(squares, LEAST * max(float(squares[-1]), 1e-300)))
-    return whole @ (shapes / scale), scale[:, None] * shapes.T
+    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(len(numbers), -1)]).ravel()
 
 
 def groups_of(metric: np.ndarray) -> np.ndarray:

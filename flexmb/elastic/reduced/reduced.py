@@ -17,20 +17,14 @@ from flexmb.elastic.planes.loads import NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
-from flexmb.elastic.reduced.kernel import (
-    reduced_account,
-    reduced_energy,
-    reduced_force,
-    reduced_kernel,
-    reduced_tangent,
-)
+from flexmb.elastic.reduced.kernel import REDUCED
 from flexmb.elastic.reduced.models import Reducible, attachable, key_of, model_of, pins_of, place_of
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
 from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.errors import InputError
 from flexmb.fields import Rule, count, field, flag, not_negative, one_of, positive, variant
 from flexmb.findings.finding import Finding
-from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
+from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.law import Material, Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, WatchedMotion
@@ -400,10 +394,7 @@ class Reduced(MeshBody):
         """One element on all nodes, and the largest stress."""
         coordinates = self.coordinates
         p = self.element.parameters(mechanism.gravity)
-        element = ElementContribution(
-            self.name, reduced_kernel, coordinates, p,
-            energy=reduced_energy, force=reduced_force, tangent=reduced_tangent, account=reduced_account,
-        )  # fmt: skip
+        element = REDUCED.contribution(self.name, coordinates, p)
         stresses = self.model.stresses
         if stresses is None or not self.seeks_stress:
             return [element]

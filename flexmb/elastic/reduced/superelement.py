@@ -51,13 +51,7 @@ from flexmb.elastic.reduced.kernel import (
 from flexmb.engine.compiled.arrays import block_of, part_of, row_of, stack_matrix
 from flexmb.errors import InputError
 from flexmb.kernels import element_kernel, fast, signal_kernel
-from flexmb.model.contributions import (
-    MULTIPLIES,
-    Contribution,
-    ElementContribution,
-    Node,
-    signal_contributions,
-)
+from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, Node, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.parts.loads.mesh_loads import MeshLoad
 from flexmb.planar import Array
@@ -317,21 +311,7 @@ def superelement(
     # bending is stiffened by forces of the pins and by rotation. More coordinates than the kernel can take are refused.
     n = found.shapes.shape[1]
     require_room(found.model, n - found.model.count)
-    matrices, mass, moment, mean = _inertia(found)
-    free = rigid_motions(found.nodes)
-    K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
-    against = np.eye(len(K))  # motions against the first node, whose inertia forces are in balance
-    against[:, :2] -= free[:, :2]
-    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * (against.T @ matrices["M"] @ against)
-    matrices |= {"K": K, "D": D}
-    zero = np.zeros((n, n))
-    centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
-    pins, along = len(found.model.pins), _directions(found, shortening)
-    return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, along)
-
-
-def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
-    """M, G, H, P; mass; int rho X; int rho Psi."""
+    # M, G, H, P; mass; int rho X; int rho Psi
     model, shapes = found.model, found.shapes
     moved = np.asarray(model.shape @ shapes)
     x, y, Ms = moved[0::2], moved[1::2], model.mass
@@ -349,7 +329,17 @@ def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
         matrices[name] = 0.5 * (matrices[name] + matrices[name].T)
     total = np.asarray(Ms.sum(axis=0)).ravel()
     mean = np.stack([total @ x, total @ y])
-    return matrices, float(total.sum()), total @ model.points, mean
+    mass, moment = float(total.sum()), total @ model.points
+    free = rigid_motions(found.nodes)
+    K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
+    against = np.eye(len(K))  # motions against the first node, whose inertia forces are in balance
+    against[:, :2] -= free[:, :2]
+    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * (against.T @ matrices["M"] @ against)
+    matrices |= {"K": K, "D": D}
+    zero = np.zeros((n, n))
+    centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
+    pins, along = len(found.model.pins), _directions(found, shortening)
+    return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, along)
 
 
 def quarter_turned(rows: Array) -> Array:

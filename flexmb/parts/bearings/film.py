@@ -8,8 +8,6 @@ cos) with a positive weight f, so the film is positive between alpha = atan2(a, 
 Equations (15.1) to (15.6) of docs/theory/films.md.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from itertools import chain, pairwise
@@ -54,19 +52,6 @@ def moments(eps, alpha, whole):
         r * (sin2 * cos2 * cos2 - sin1 * cos1 * cos1), r * (sin2 * sin2 * cos2 - sin1 * sin1 * cos1),
         r * (sin2 * sin2 * sin2 - sin1 * sin1 * sin1),
     )  # fmt: skip
-
-
-@compiled
-def short_weights(eps, alpha, whole):
-    """Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps."""
-    I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
-    s2 = 1.0 - eps * eps
-    s, r = math.sqrt(s2), eps / s2
-    f3 = 1.0 / (s2 * s)
-    f4, f5 = f3 / s, f3 / s2
-    cc, sc, ss = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I), f4 * (Isc - eps * Is), f3 * Iss
-    cc_e = 5.0 * r * cc + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
-    return cc, sc, ss, cc_e, 4.0 * r * sc + f4 * (Jsc - eps * Js - Is), 3.0 * r * ss + f3 * Jss
 
 
 @compiled
@@ -117,7 +102,15 @@ def film_force(kind, extent, eps, a, b):
     if kind == LONG:
         cc, sc, ss, cc_e, sc_e, ss_e = long_weights(eps, alpha, whole)
     else:
-        cc, sc, ss, cc_e, sc_e, ss_e = short_weights(eps, alpha, whole)
+        # Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps
+        I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
+        s2 = 1.0 - eps * eps
+        s, r = math.sqrt(s2), eps / s2
+        f3 = 1.0 / (s2 * s)
+        f4, f5 = f3 / s, f3 / s2
+        cc, sc, ss = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I), f4 * (Isc - eps * Is), f3 * Iss
+        cc_e = 5.0 * r * cc + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
+        sc_e, ss_e = 4.0 * r * sc + f4 * (Jsc - eps * Js - Is), 3.0 * r * ss + f3 * Jss
     Fr, Ft = k * b * sc - a * cc, k * b * ss - a * sc
     Fr_e, Ft_e = k * b * sc_e + k_e * b * sc - a * cc_e, k * b * ss_e + k_e * b * ss - a * sc_e
     return Fr, Ft, Fr_e, Ft_e, -cc, k * sc, -sc, k * ss

@@ -79,10 +79,9 @@ def equilibrium(
     short = {turn: beyond(e, turn) for turn, e in places.items() if e == play and beyond(e, turn) < 0.0}
     if len(short) == len(places):
         most = load + max(short.values(), default=-load)
-        raise InputError(
-            f"{label}: load is {load:g} N; at {speed:g} rad/s the film carries up to {most:.4g} N before the surfaces "
-            "touch. Lower the load, or give a higher speed, a thicker oil or less roughness."
-        )
+        text = f"{label}: load is {load:g} N;"
+        text += f" at {speed:g} rad/s the film carries up to {most:.4g} N before the surfaces touch."
+        raise InputError(f"{text} Lower the load, or give a higher speed, a thicker oil or less roughness.")
     turn, e = next((turn, e) for turn, e in places.items() if turn not in short)
     F, K, B = _force(numbers, e, speed, turn)
     F = -F / np.hypot(*F)

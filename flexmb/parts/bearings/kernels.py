@@ -36,21 +36,8 @@ from flexmb.parts.joints.contact_point import arms_of
 
 # Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
 # pressure [Pa s] and flow [m^3]; points in the frames of their nodes; number of the signal.
-(
-    KIND,
-    EXTENT,
-    CLEARANCE,
-    HEIGHT,
-    FORCE,
-    DRAG,
-    PRESSURE,
-    FLOW,
-    OFFSET1_X,
-    OFFSET1_Y,
-    OFFSET2_X,
-    OFFSET2_Y,
-    CHOSEN,
-) = range(13)
+KIND, EXTENT, CLEARANCE, HEIGHT, FORCE, DRAG, PRESSURE, FLOW = range(8)
+OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8, 13)
 
 # Least film between surfaces pressed into each other, over the height of the roughness: oil left in its valleys.
 KEPT = 0.5

@@ -240,10 +240,9 @@ class FiniteBearing(Film):
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
         """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""
         if thinnest < film.THINNEST:
-            raise InputError(
-                f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness; the "
-                f"table of a FiniteBearing ends at {film.THINNEST:g}. Give a roughness of 0.002 of the clearance."
-            )
+            text = f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness;"
+            text += f" the table of a FiniteBearing ends at {film.THINNEST:g}."
+            raise InputError(f"{text} Give a roughness of 0.002 of the clearance.")
         ratio = self.width / (2.0 * radius)
         if self.grooves:
             return film.pads_table(ratio, self.turned, self.groove_width)
@@ -317,10 +316,9 @@ class Oil(Input, Shown):
         if pairs[0][0] == pairs[1][0] or not thick > thin:
             raise InputError("Oil: the viscosity must fall from the lower to the higher of two temperatures.")
         if thin <= 1e-6 * THINNEST_OIL * self.density:
-            raise InputError(
-                f"Oil: a viscosity is {thin:g} Pa s; Walther's law holds above {THINNEST_OIL:g} mm^2/s, here "
-                f"{1e-6 * THINNEST_OIL * self.density:.3g} Pa s. Oils have 0.005 to 0.5 Pa s; 1 cP is 0.001 Pa s."
-            )
+            text = f"Oil: a viscosity is {thin:g} Pa s; Walther's law holds above {THINNEST_OIL:g} mm^2/s,"
+            text += f" here {1e-6 * THINNEST_OIL * self.density:.3g} Pa s."
+            raise InputError(f"{text} Oils have 0.005 to 0.5 Pa s; 1 cP is 0.001 Pa s.")
 
     def viscosity(self, temperature: float) -> float:
         """Dynamic viscosity [Pa s] at a `temperature` [degC].

@@ -253,9 +253,8 @@ class SliderBearing(Oiled, PrismaticClearance):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.film.cavitation != "positive":
-            raise InputError(
-                f'{self.label}: the film of a guide has cavitation="positive"; it is "{self.film.cavitation}".'
-            )
+            text = f'{self.label}: the film of a guide has cavitation="positive";'
+            raise InputError(f'{text} it is "{self.film.cavitation}".')
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         coordinates, place, angle = self.geometry(mechanism)

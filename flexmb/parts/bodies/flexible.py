@@ -17,20 +17,13 @@ from flexmb.elastic.beams.corotational import (
     B11,
     B12,
     B22,
-    FOUR_BEAMS,
+    BEAM,
     LENGTH,
     OFFSET1,
     OFFSET2,
-    beam_account,
-    beam_damping,
-    beam_energy,
-    beam_force,
-    beam_kernel,
-    beam_tangent,
     chord_share,
     points,
     tangents,
-    unstressed_elements,
 )
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
@@ -38,7 +31,7 @@ from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
-from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
+from flexmb.model.contributions import Contribution, Node, SignalContribution, node_coordinates
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
 from flexmb.parts.bodies.rigid import checked_velocity, mean_mass, node_mass
@@ -323,7 +316,12 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
 
 def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
     """l0, u10, u20 of the elements of a beam (n, 3); see `flexmb.elastic.beams.corotational`."""
-    return unstressed_elements(data.lengths, data.bow, beam.turn) if beam.turn else np.array(data.straight)
+    if not beam.turn:
+        return np.array(data.straight)
+    half = 0.5 * beam.turn * data.lengths / data.lengths.sum()
+    chords = data.lengths * np.sinc(half / math.pi)
+    free = chords + data.lengths / 30.0 * half * half * data.bow.sum(axis=1)
+    return np.stack([free, -half, half], axis=1)
 
 
 def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:
@@ -340,12 +338,7 @@ def beam_pieces(
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            element = ElementContribution(
-                part, beam_kernel, (*first, *second), p,
-                energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account, damping=beam_damping,
-                fours=FOUR_BEAMS,
-            )  # fmt: skip
-            contributions.append(element)
+            contributions.append(BEAM.contribution(part, (*first, *second), p))
     return contributions
 
 
@@ -415,7 +408,18 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
     """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
     data = matrices(beam)
     if beam.turn:
-        return _masses_of_arc(beam, data)
+        # `mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest
+        parts, free = [], unstressed_shape(beam, data).tolist()
+        ends = beam.points[:-1], chord_directions(beam)
+        each = zip(free, data.lengths.tolist(), data.inertia_integrals.tolist(), *ends, strict=True)
+        for (_, u1, u2), L, integrals, start, angle in each:
+            m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
+            mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
+            along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
+            inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
+            centre = planar.from_frame(start, angle, (along, aside))
+            parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
+        return parts
     angle = direction(beam)
     parts = []
     for k, length in enumerate(data.lengths):
@@ -425,21 +429,6 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
         turn = np.array([0.0, 1.0, length, 1.0])
         inertia = float(turn @ mb @ turn) - mass * arm**2
         parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
-    return parts
-
-
-def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, float]]:
-    """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
-    parts, free = [], unstressed_shape(beam, data).tolist()
-    ends = beam.points[:-1], chord_directions(beam)
-    each = zip(free, data.lengths.tolist(), data.inertia_integrals.tolist(), *ends, strict=True)
-    for (_, u1, u2), L, integrals, start, angle in each:
-        m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
-        mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
-        along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
-        inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
-        centre = planar.from_frame(start, angle, (along, aside))
-        parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
     return parts
 
 

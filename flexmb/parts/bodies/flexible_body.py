@@ -65,9 +65,7 @@ class FlexibleBody(ElasticBody):
     velocity: flexible.Triple | flexible.FieldLike | None = field(
         "(vx, vy, omega) at the start; None: as driven", default=None
     )
-    displacement: flexible.FieldLike | None = field(
-        "(dx, dy, dtheta) at the start, see above; None: none", default=None
-    )
+    displacement: flexible.FieldLike | None = field("(dx, dy, dtheta) at the start, as above; None: none", default=None)
 
     @property
     @abstractmethod

@@ -376,8 +376,7 @@ class FlexibleLink(FlexibleBody, Bar):
         from flexmb.elastic.beams.mesh import chain, read_lines  # noqa: PLC0415 - meshio is needed only here
 
         mesh = read_lines(path)
-        order = chain(mesh)
-        station = mesh.stations(order)
+        station = mesh.stations(chain(mesh))
         length = planar.distance(start, end)
         if abs(station[-1] - length) > 1e-6 * length:
             text = f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart."

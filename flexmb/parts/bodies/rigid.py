@@ -26,7 +26,6 @@ from flexmb.kernels import (
 from flexmb.model.contributions import (
     Attachment,
     ConstraintContribution,
-    ContactContribution,
     Contribution,
     ElementContribution,
     ElementKernels,
@@ -45,17 +44,14 @@ MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a 
 def node_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Rigid body at its centre of mass (x, y, theta): r = m (a - g), J alpha."""
     node_force(p, a, r)
-    M[0, 0] = p[MASS]
-    M[1, 1] = p[MASS]
-    M[2, 2] = p[INERTIA]
+    M[0, 0], M[1, 1], M[2, 2] = p[MASS], p[MASS], p[INERTIA]
 
 
 @compiled
 def node_force(p, a, r):
     """r (3,) of a rigid body."""
     m, J, gx, gy = p
-    r[0] = m * (a[0] - gx)
-    r[1] = m * (a[1] - gy)
+    r[0], r[1] = m * (a[0] - gx), m * (a[1] - gy)
     r[2] = J * a[2]
 
 
@@ -69,9 +65,7 @@ def node_mass_force(p, t, h, q, v, a, z, r, z_new):
 def node_mass_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """r (3,) and ka M, a diagonal."""
     node_force(p, a, r)
-    A[0, 0] = ka * p[MASS]
-    A[1, 1] = ka * p[MASS]
-    A[2, 2] = ka * p[INERTIA]
+    A[0, 0], A[1, 1], A[2, 2] = ka * p[MASS], ka * p[MASS], ka * p[INERTIA]
 
 
 @compiled
@@ -97,9 +91,7 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
     node_force(p, a, r)
     for x, Mx in ((v, Mv), (y, My)):
-        Mx[0] = p[MASS] * x[0]
-        Mx[1] = p[MASS] * x[1]
-        Mx[2] = p[INERTIA] * x[2]
+        Mx[0], Mx[1], Mx[2] = p[MASS] * x[0], p[MASS] * x[1], p[INERTIA] * x[2]
     return 0.0, node_weight(p, q), 0.0
 
 
@@ -123,8 +115,7 @@ def mean_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     n = q.shape[0] // 2
     for i in range(n):
         for j in range(n):
-            M[2 * i, 2 * j] = m / (n * n)
-            M[2 * i + 1, 2 * j + 1] = m / (n * n)
+            M[2 * i, 2 * j], M[2 * i + 1, 2 * j + 1] = m / (n * n), m / (n * n)
 
 
 @compiled
@@ -144,8 +135,7 @@ def share_out(m, bx, by, x, r):
     n = x.shape[0] // 2
     cx, cy = mean(x)
     for i in range(n):
-        r[2 * i] = m / n * (cx + bx)
-        r[2 * i + 1] = m / n * (cy + by)
+        r[2 * i], r[2 * i + 1] = m / n * (cx + bx), m / n * (cy + by)
 
 
 @force_kernel
@@ -279,7 +269,14 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
         if not (r[place] or A[:, place].any() or A[:, :, place].any()):
             return False
         return _any(r[place : place + 1], r) or any(_any([*B[:, place], *B[place]], B) for B in A)
-    return _has_moment(contribution, p, q, place)
+    # Whether normal or friction force of a contact has a moment about a node
+    out, z = np.zeros(GAP_SIZE), np.array(contribution.friction.history(), dtype=float)
+    contribution.gap(p, q, np.zeros(6), out)
+    friction = np.array(contribution.friction.parameters(), dtype=float)
+    force = contribution.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
+    ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
+    moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
+    return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
 
 
 def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
@@ -293,17 +290,6 @@ def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
             pose = found[part, name] = node.x, node.y, node.theta
         q.append(pose[axis])
     return np.array(q)
-
-
-def _has_moment(contact: ContactContribution, p: np.ndarray, q: np.ndarray, place: int) -> bool:
-    """Whether normal or friction force of a contact has a moment about a node."""
-    out, z = np.zeros(GAP_SIZE), np.array(contact.friction.history(), dtype=float)
-    contact.gap(p, q, np.zeros(6), out)
-    friction = np.array(contact.friction.parameters(), dtype=float)
-    force = contact.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
-    ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
-    moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
-    return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
 
 
 def _any(values: Any, *others: np.ndarray) -> bool:
@@ -395,15 +381,10 @@ class RigidBody(Body):
             outline = tuple(planar.to_frame(self.at, self.theta, p) for p in self.outline)
             lines: tuple[tuple[Point, ...], ...] = (outline,)
         else:
-            held = held_points(self, mechanism)
+            joints = (p for p in mechanism.parts if isinstance(p, Joint) and self.name in p.references())
+            held = [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == self.name]
             lines = tuple(((0.0, 0.0), p) for p in held if p != (0.0, 0.0)) or (((0.0, 0.0), (0.0, 0.0)),)
         return (RigidShape(self.name, "", lines),)
-
-
-def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
-    """Points at which joints hold a body, in the frame of its node."""
-    joints = (p for p in mechanism.parts if isinstance(p, Joint) and body.name in p.references())
-    return [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == body.name]
 
 
 MASSLESS = 1e-8  # mass of a massless link over the smallest mass of the other bodies [1]
@@ -454,10 +435,9 @@ class RigidLink(Bar):
         node = self.nodes()[0]
         along, across = planar.to_frame((node.x, node.y), self.angle, point)
         if abs(across) > AXIS_TOLERANCE * self.length:
-            raise InputError(
-                f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {abs(across):g} m off the axis of {self.label}. "
-                "Move the point onto the axis, or use RigidBody for a body with joints anywhere."
-            )
+            text = f"{owner}: the point ({point[0]:g}, {point[1]:g})"
+            text += f" lies {abs(across):g} m off the axis of {self.label}."
+            raise InputError(f"{text} Move the point onto the axis, or use RigidBody for a body with joints anywhere.")
         return Attachment(self.name, "", (along, across))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
@@ -477,10 +457,8 @@ class RigidLink(Bar):
         """Findings on an odd radius of gyration, and on joints far beyond the ends."""
         radius = 0.0 if self.is_massless else math.sqrt(self.inertia / self.mass)
         if not self.is_massless and not GYRATIONS[0] <= radius / self.length <= GYRATIONS[1]:
-            text = (
-                f"{self.label} has a radius of gyration of {radius:.4g} m and a length of {self.length:.4g} m "
-                f"(mass {self.mass:.4g} kg, inertia {self.inertia:.4g} kg m^2)."
-            )
+            text = f"{self.label} has a radius of gyration of {radius:.4g} m and a length of"
+            text += f" {self.length:.4g} m (mass {self.mass:.4g} kg, inertia {self.inertia:.4g} kg m^2)."
             slender = self.mass * self.length * self.length / 12.0
             remedy = f"A slender bar of this mass has an inertia of {slender:.4g} kg m^2."
             yield found("odd-units", (self.name,), text, remedy, radius=radius, length=self.length)

@@ -100,34 +100,6 @@ def with_arms(q, X, Y, nx, ny, distance, a1, b1, a2, b2):
 
 
 @compiled
-def second_speed(pair, v):
-    """Velocity of the second body along the normal at c2."""
-    _, _, nx, ny, _, _, _, _, _, _, _, r2x, r2y = pair
-    return nx * (v[3] - v[5] * r2y) + ny * (v[4] + v[5] * r2x)
-
-
-@compiled
-def put_equation(pair, v, lam, g, G, gamma, H):
-    """Equation distance = 0 of a constraint kernel."""
-    _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
-    g[0] = distance
-    J = row(nx, ny, r1x, r1y, r2x, r2y)
-    total = 0.0
-    for j in range(6):
-        G[0, j] = J[j]
-        u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
-        tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
-        turn, first, second = travel(tau, w1, w2, distance, a1, b1, a2, b2)
-        x1, y1 = -first * ny - w1 * r1y, first * nx + w1 * r1x
-        x2, y2 = second * ny - w2 * r2y, -second * nx + w2 * r2x
-        change = row_change(nx, ny, -turn * ny, turn * nx, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
-        for i in range(6):
-            H[i, j] = lam[0] * change[i]
-            total += v[i] * change[i] * v[j]
-    gamma[0] = -total
-
-
-@compiled
 def middle_change(j, pair):
     """Derivatives of the middle between c1 and c2 by coordinate j, and turn of the normal."""
     _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
@@ -298,7 +270,22 @@ pair_of = roller_pair
 @constraint_kernel
 def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Distance of a circle, or of another second curve, from a closed curve = 0."""
-    put_equation(pair_of(p, q), v, lam, g, G, gamma, H)
+    _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair_of(p, q)
+    g[0] = distance
+    J = row(nx, ny, r1x, r1y, r2x, r2y)
+    total = 0.0
+    for j in range(6):
+        G[0, j] = J[j]
+        u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
+        tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
+        turn, first, second = travel(tau, w1, w2, distance, a1, b1, a2, b2)
+        x1, y1 = -first * ny - w1 * r1y, first * nx + w1 * r1x
+        x2, y2 = second * ny - w2 * r2y, -second * nx + w2 * r2x
+        change = row_change(nx, ny, -turn * ny, turn * nx, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
+        for i in range(6):
+            H[i, j] = lam[0] * change[i]
+            total += v[i] * change[i] * v[j]
+    gamma[0] = -total
 
 
 @joint_friction_kernel
@@ -316,7 +303,8 @@ def distance_kernel(p, q, v, out):
 @signal_kernel
 def speed_kernel(p, t, q, v, a):
     """Velocity of the second curve along the normal at the contact."""
-    return second_speed(pair_of(p, q), v)
+    _, _, nx, ny, _, _, _, _, _, _, _, r2x, r2y = pair_of(p, q)
+    return nx * (v[3] - v[5] * r2y) + ny * (v[4] + v[5] * r2x)
 
 
 ROLLER = PairKernels(equation_kernel, distance_kernel, sliding_kernel, speed_kernel)  # curve with a circle or point
@@ -500,15 +488,13 @@ class CurveOnCurve(Pair):
         curve, other = self._ordered()[1::2]
         least, _, (x, y) = curve.extreme_curvature()
         if isinstance(other, Line) and least <= 0.0:
-            raise InputError(
-                f"{self.label}: the curve is not convex near ({x:.6g}, {y:.6g}) m (curvature {least:.4g} 1/m), so a "
-                "straight face bridges that place. Use a roller (CircularCurve), or another profile."
-            )
+            text = f"{self.label}: the curve is not convex near ({x:.6g},"
+            text += f" {y:.6g}) m (curvature {least:.4g} 1/m), so a straight face bridges that place."
+            raise InputError(f"{text} Use a roller (CircularCurve), or another profile.")
         if isinstance(other, CircularCurve) and least * other.radius <= -1.0:
-            raise InputError(
-                f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near "
-                f"({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Use a smaller roller."
-            )
+            text = f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near ({x:.6g},"
+            text += f" {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut)."
+            raise InputError(f"{text} Use a smaller roller.")
 
         if isinstance(other, ClosedCurve):
             self._check_fit(curve, other)
@@ -518,10 +504,9 @@ class CurveOnCurve(Pair):
         """Refuse a hollow of `curve` that no place of `other` fits into."""
         (least, _, (x, y)), largest = curve.extreme_curvature(), other.extreme_curvature()[1]
         if least <= -largest:
-            raise InputError(
-                f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit into the "
-                f"hollow near ({x:.6g}, {y:.6g}) m, of radius {-1.0 / least:.4g} m (undercut). Change one of them."
-            )
+            text = f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit"
+            text += f" into the hollow near ({x:.6g}, {y:.6g}) m, of radius {-1.0 / least:.4g} m (undercut)."
+            raise InputError(f"{text} Change one of them.")
 
     def _ordered(self) -> tuple[Part, Any, Part, Any]:
         """Bodies and curves with a closed curve first."""
@@ -593,10 +578,8 @@ def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
     size = curve.size
     if part.start == OPEN:
         if gap < -OVERLAP * size:
-            raise ModelError(
-                f"{part.label}: the curves overlap by {-gap:.4g} m in the reference configuration. Move one of the "
-                'bodies, or give start="touching", which puts the second one onto the curve.'
-            )
+            text = f"{part.label}: the curves overlap by {-gap:.4g} m in the reference configuration. Move one of the"
+            raise ModelError(f'{text} bodies, or give start="touching", which puts the second one onto the curve.')
         return
     if abs(gap) > FAR * size:
         word = "are" if gap > 0.0 else "overlap by"

@@ -14,7 +14,7 @@ from flexmb import checks, display
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, point, positive, record
-from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, sampled, values_at
+from flexmb.parts.cams.spans import area, crossing, curvatures, sampled, values_at
 
 CIRCLE_POINTS = 72  # number of segments of a drawn circle
 
@@ -127,14 +127,14 @@ class ClosedCurve(Input):
         points = checked_points("ClosedCurve", self.points)
         spans = spline(points) if self.spans is None else np.array(self.spans, dtype=float)
         if spans.shape != (len(points), 2, 8) or not np.all(np.isfinite(spans)):
-            text = (
-                f"ClosedCurve: spans has the shape {spans.shape}; it must be ({len(points)}, 2, 8), of finite numbers"
-            )
+            text = f"ClosedCurve: spans has the shape {spans.shape};"
+            text += f" it must be ({len(points)}, 2, 8), of finite numbers"
             raise InputError(f"{text}, one span for each point. Leave spans out for a spline.")
         check_joined(points, spans)
         polygon = sampled(spans, SAMPLES)
         if area(polygon) < 0.0:
-            spans = reversed_spans(spans)
+            flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
+            spans = np.asarray(np.einsum("ij,naj->nai", flip, spans)[::-1])  # of the curve traversed the other way
         place = crossing(polygon)
         if place is not None:
             text = f"ClosedCurve: the curve crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m."

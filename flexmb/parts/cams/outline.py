@@ -32,7 +32,13 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
         points, slopes = sampled(spans, parts), sampled(spans, parts, 1)
         tangents = slopes / np.hypot(*slopes.T)[:, None]
         ends, end_tangents = np.roll(points, -1, axis=0), np.roll(tangents, -1, axis=0)
-        joints = _joints(points, tangents, ends, end_tangents)
+        # Points where both arcs of each pair meet, for tangents of equal length d at both ends
+        chord = ends - points
+        along = np.sum(chord * (tangents + end_tangents), axis=1)
+        bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
+        square = np.sum(chord * chord, axis=1)
+        d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
+        joints = np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
         first, second = _bulges(tangents, joints - points), -_bulges(-end_tangents, joints - ends)
         curve = sampled(spans, parts * TRIED_POINTS).reshape(len(points), TRIED_POINTS, 2)
         away = np.minimum(_distance(curve, points, joints, first), _distance(curve, joints, ends, second))
@@ -43,21 +49,10 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
     return None
 
 
-def _joints(points: np.ndarray, tangents: np.ndarray, ends: np.ndarray, end_tangents: np.ndarray) -> np.ndarray:
-    """Points where both arcs of each pair meet, for tangents of equal length d at both ends."""
-    chord = ends - points
-    along = np.sum(chord * (tangents + end_tangents), axis=1)
-    bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
-    square = np.sum(chord * chord, axis=1)
-    d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
-    return np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
-
-
 def _bulges(tangents: np.ndarray, chords: np.ndarray) -> np.ndarray:
     """Bulges of arcs by their first tangents and chords."""
     across = tangents[:, 0] * chords[:, 1] - tangents[:, 1] * chords[:, 0]
-    along = np.sum(tangents * chords, axis=1)
-    return np.asarray(np.tan(0.5 * np.arctan2(across, along)))
+    return np.asarray(np.tan(0.5 * np.arctan2(across, np.sum(tangents * chords, axis=1))))
 
 
 def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: np.ndarray) -> np.ndarray:
@@ -143,10 +138,9 @@ class Outline(Input):
             raise InputError(f"{name}: curve is {curve!r}; it must be a ClosedCurve.")
         found = biarcs(curve.array, checks.positive(name, "tolerance", tolerance, "m"))
         if found is None:
-            raise InputError(
-                f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m; it needs more than 128 "
-                "arcs between two points. Use CurveOnCurve, which takes the curve itself, or a larger tolerance."
-            )
+            text = f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m;"
+            text += " it needs more than 128 arcs between two points."
+            raise InputError(f"{text} Use CurveOnCurve, which takes the curve itself, or a larger tolerance.")
         return cls(*found)
 
     def __repr__(self) -> str:

@@ -215,22 +215,6 @@ def counts(p, first, place, radius, X, Y):
 
 
 @compiled
-def point_of_round(p, k, first, X, Y, ax, ay, bx, by, best):
-    """The better one of a place and that of a corner, or of an end of an arc, with the sector (ax, ay) to (bx, by)."""
-    chain, pieces = int(p[CHAIN]), int(p[PIECES])
-    place = outline_place(p, first, chain, X, Y)
-    _, _, nx, ny, away, a, b = place
-    keep = True
-    if away < 0.0:
-        if a > 0.0 and b > 0.0:
-            keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
-        if chain < pieces:
-            _, _, _, _, depth, _, _ = outline_place(p, first, pieces, X, Y)
-            keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
-    return better(best, place, 0.0, keep)
-
-
-@compiled
 def arc_of_round(p, first, X, Y, radius, ax, ay, bx, by, best):
     """The better one of a place and that of an arc around (X, Y) with the sector (ax, ay) to (bx, by)."""
     for i in range(int(p[CHAIN])):
@@ -259,7 +243,17 @@ def round_place(p, X, Y, c, s):
         if p[k + KIND] == ROUNDED:
             best = arc_of_round(p, first, x, y, p[k + ARC_RADIUS], ax, ay, bx, by, best)
         else:
-            best = point_of_round(p, k, first, x, y, ax, ay, bx, by, best)
+            chain, pieces = int(p[CHAIN]), int(p[PIECES])
+            place = outline_place(p, first, chain, x, y)
+            _, _, nx, ny, away, a, b = place
+            keep = True
+            if away < 0.0:
+                if a > 0.0 and b > 0.0:
+                    keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
+                if chain < pieces:
+                    _, _, _, _, depth, _, _ = outline_place(p, first, pieces, x, y)
+                    keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
+            best = better(best, place, 0.0, keep)
     if best[GAP] == math.inf:  # the chain is seen by none of the arcs: the distance of a centre, which lies inside
         k = FIRST_ROUND
         x, y = X + c * p[k + ARC_X] - s * p[k + ARC_Y], Y + s * p[k + ARC_X] + c * p[k + ARC_Y]
@@ -325,10 +319,9 @@ class OutlineContact(Part):
         for k, (x, y) in enumerate(self.outline.points):
             radius = self.outline.radius(k)
             if -self.circle.radius <= radius < 0.0:
-                raise InputError(
-                    f"{self.label}: the circle of radius {self.circle.radius:g} m does not fit into the hollow arc "
-                    f"from ({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m. Use a smaller circle, or a wider arc."
-                )
+                text = f"{self.label}: the circle of radius {self.circle.radius:g} m does not fit into"
+                text += f" the hollow arc from ({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m."
+                raise InputError(f"{text} Use a smaller circle, or a wider arc.")
 
     @property
     def pin_radius(self) -> float:
@@ -355,8 +348,7 @@ class OutlineContact(Part):
             pieces = [x for k in chain for x in piece_numbers(self.outline, k, nodes[0])]
             p = (*head, extent, float(len(chain)), *pieces)
             side = f"side{number}" if hollow else ""
-            name = self.names.get(side, side)
-            laws = normal, self.friction, name
+            laws = normal, self.friction, self.names.get(side, side)
             found.append(ContactContribution(self.name, outline_gap_kernel, coordinates, p, *laws))
         return found
 
@@ -444,9 +436,10 @@ class OutlineOnOutline(Part):
         try:
             self.normal.parameters()
         except InputError as error:
+            text = f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii,"
+            text += " which corners have not."
             raise InputError(
-                f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii, which corners have "
-                "not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
+                f"{text} Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
             ) from error
         rounds_of = [(name, chains) for name, _, _, chains in self._contacts()]
         labels = [_label(name, side, chains) for name, chains in rounds_of for side, _ in enumerate(chains, 1)]

@@ -71,15 +71,6 @@ def over(a: Jet, b: Jet) -> Jet:
     return found
 
 
-def root(jet: Jet) -> Jet:
-    """Square root of a jet > 0."""
-    found = np.zeros_like(jet)
-    found[0] = np.sqrt(jet[0])
-    for k in range(1, len(jet)):
-        found[k] = (jet[k] - sum(found[i] * found[k - i] for i in range(1, k))) / (2.0 * found[0])
-    return found
-
-
 ORDERS = 5  # number of derivatives of a lift, from the lift itself on
 # Coefficients of the normalised laws x(u), from the constant on.
 POLYNOMIALS = {"3-4-5": (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), "4-5-6-7": (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)}
@@ -339,7 +330,12 @@ def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Je
         c, d = cos_sin(angle)
         x, y = times(X, c) + times(Y, d), times(Y, c) - times(X, d)
         dx, dy = slope(x), slope(y)  # clockwise, so the outward normal stands on the left
-        speed = root(times(dx, dx) + times(dy, dy))
+        # Square root of a jet > 0
+        jet = times(dx, dx) + times(dy, dy)
+        speed = np.zeros_like(jet)
+        speed[0] = np.sqrt(jet[0])
+        for k in range(1, len(jet)):
+            speed[k] = (jet[k] - sum(speed[i] * speed[k - i] for i in range(1, k))) / (2.0 * speed[0])
         px, py = x[:-1] + radius * over(dy, speed), y[:-1] - radius * over(dx, speed)
         ahead = (slope(px)[0] * dx[0] + slope(py)[0] * dy[0]) / speed[0] ** 2
         return px, py, ahead
@@ -353,8 +349,7 @@ def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> Clos
     if not isinstance(lift, Lift):
         raise InputError(f"{name}: lift is {lift!r}; it must be a Lift.")
     x, y = checks.point(name, "at", at)
-    pieces = [_interval(name, lift, piece, curve) for piece in lift.intervals()]
-    spans = np.concatenate(pieces)
+    spans = np.concatenate([_interval(name, lift, piece, curve) for piece in lift.intervals()])
     spans[:, :, 0] += (x, y)
     return ClosedCurve(spans[:, :, 0], spans)
 
@@ -368,10 +363,9 @@ def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
         px, py, sound = curve(turn, from_derivatives(lift.derivatives(piece, angles)))
         if not np.all(sound > 0.0):
             k = int(np.argmin(np.where(np.isnan(sound), -np.inf, sound)))
-            raise InputError(
-                f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees): the "
-                "profile would cross itself there. Make the base radius larger, the rise slower, or the roller smaller."
-            )
+            text = f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees):"
+            text += " the profile would cross itself there."
+            raise InputError(f"{text} Make the base radius larger, the rise slower, or the roller smaller.")
         return np.stack([derivatives_of(px), derivatives_of(py)], axis=1)
 
     count = FEWEST_SPANS

@@ -43,12 +43,6 @@ def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
     return np.asarray(np.einsum("nai,iu->nua", spans, powers))
 
 
-def reversed_spans(spans: np.ndarray) -> np.ndarray:
-    """Spans (n, 2, 8) of a curve traversed the other way."""
-    flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
-    return np.asarray(np.einsum("ij,naj->nai", flip, spans)[::-1])
-
-
 def area(points: np.ndarray) -> float:
     """Area of a polygon (n, 2), > 0 for a counter-clockwise one."""
     x, y = points.T
@@ -133,14 +127,6 @@ def turned_on(p, base, span, u):
 
 
 @compiled
-def newton_step(slope, bend):
-    """Step of u towards a minimum, by slope and second derivative of the function; half a span where it is concave."""
-    if bend > 0.0:
-        return max(-1.0, min(1.0, -slope / bend))
-    return -HALF_SPAN if slope > 0.0 else HALF_SPAN
-
-
-@compiled
 def moved(p, base, span, u, step):
     """Span and u after a step; a step out of a span ends there first, since the next span goes on differently."""
     if (u == 0.0 and step < 0.0) or (u == 1.0 and step > 0.0):
@@ -171,8 +157,9 @@ def away_of_box(p, k, a, b, near):
 
 
 @compiled
-def first_start(p, base, a, b, near):
-    """Span whose start is nearest to the point (a, b) if `near`, else farthest along the direction (a, b)."""
+def extreme(p, base, a, b, near):
+    """Point nearest to (a, b) if `near`, else farthest along the unit vector (a, b); unit tangent and curvature."""
+    # Span whose start is nearest to the point (a, b) if `near`, else farthest along the direction (a, b)
     boxes, bound = int(p[base + BOXES]), math.inf
     for i in range(boxes):
         bound = min(bound, away_of_box(p, base + FIRST_BOX + BOX_SIZE * i, a, b, near))
@@ -186,19 +173,14 @@ def first_start(p, base, a, b, near):
             away = away_of(p[c], p[c + SPAN_Y], a, b, near)
             if away < best:
                 best, found = away, span
-    return found
-
-
-@compiled
-def extreme(p, base, a, b, near):
-    """Point nearest to (a, b) if `near`, else farthest along the unit vector (a, b); unit tangent and curvature."""
-    span, u = first_start(p, base, a, b, near), 0.0
+    span, u = found, 0.0
     for _ in range(MOST_ITERATIONS):
         k = span_place(p, base, span)
         x, dx, ddx = horner(p, k, u)
         y, dy, ddy = horner(p, k + SPAN_Y, u)
         ex, ey, square = (x - a, y - b, dx * dx + dy * dy) if near else (-a, -b, 0.0)
-        step = newton_step(ex * dx + ey * dy, square + ex * ddx + ey * ddy)
+        slope, bend = ex * dx + ey * dy, square + ex * ddx + ey * ddy
+        step = max(-1.0, min(1.0, -slope / bend)) if bend > 0.0 else -HALF_SPAN if slope > 0.0 else HALF_SPAN
         span, u = moved(p, base, span, u, step)
         if abs(step) <= LEAST_STEP:
             break

@@ -7,8 +7,6 @@ A further law is a further class: its formula in the first line, its source in t
 depth = sigma f ln(A/f).
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from abc import abstractmethod
@@ -21,13 +19,7 @@ from flexmb.fields import Rule, field, not_negative, one_of, positive, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material
 from flexmb.parts.contact import validity
-from flexmb.parts.contact.hysteresis import (
-    RESTITUTION,
-    DampedElasticLaw,
-    damped_contact,
-    exact_chi,
-    two_materials,
-)
+from flexmb.parts.contact.hysteresis import RESTITUTION, DampedElasticLaw, damped_contact, exact_chi, two_materials
 from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 
 # ln(A/f) at the end of use. The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has reached

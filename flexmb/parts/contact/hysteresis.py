@@ -30,6 +30,7 @@ from flexmb.errors import InputError, RestitutionWarning
 from flexmb.fields import Rule, between, both, field, not_negative, one_of, positive, record, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
+from flexmb.namespace import level_of_user
 from flexmb.parts.contact import validity
 from flexmb.parts.contact.onset import APPROACH, LARGEST, LEAST_APPROACH, ONSET, reference_speed
 
@@ -317,7 +318,11 @@ class HysteresisLaw(DampedElasticLaw):
         name = type(self).__name__
         if self.stiffness is None and self.materials is None:
             raise InputError(f"{name}: stiffness is missing; give stiffness=..., or use {name}.from_materials(...).")
-        self._warn_of_a_miss()
+        asked, found = self.restitution, self.delivered_restitution()
+        if abs(found - asked) > MISS * asked:
+            text = f"{name}(restitution={asked:g}) delivers {found:.3f}"
+            text = f"{text}; ExactRestitution(restitution={asked:g}) delivers {asked:g}."
+            warnings.warn(text, RestitutionWarning, stacklevel=level_of_user())
 
     @classmethod
     def from_materials(
@@ -366,23 +371,6 @@ class HysteresisLaw(DampedElasticLaw):
             yield from validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
             pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
             yield from validity.yielded(pressure, validity.YIELD_OF_POINT, self.materials)
-
-    def _warn_of_a_miss(self) -> None:
-        """Warn at the line outside flexmb that makes a law whose free impacts miss the given coefficient."""
-        asked, found = self.restitution, self.delivered_restitution()
-        if abs(found - asked) <= MISS * asked:
-            return
-        text = f"{type(self).__name__}(restitution={asked:g}) delivers {found:.3f}"
-        text = f"{text}; ExactRestitution(restitution={asked:g}) delivers {asked:g}."
-        warnings.warn(text, RestitutionWarning, stacklevel=_levels_inside())
-
-
-def _levels_inside() -> int:
-    """The stack level, seen from the caller of this function, of the first caller that is not flexmb."""
-    frame, levels = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in ("flexmb", "dataclasses"):
-        frame, levels = frame.f_back, levels + 1
-    return levels
 
 
 @record

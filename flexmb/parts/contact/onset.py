@@ -94,22 +94,18 @@ def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
 def _onset(h, gap, gap_rate, z):
     """Closing speed at the onset of the contact, and its derivatives by gap and gap rate."""
     if h > 0.0 and z[LAST_GAP] > 0.0:
-        return _located(h, z[LAST_GAP], z[LAST_RATE], gap, gap_rate)
+        # Speed at the crossing and its derivatives by gap and gap rate at the end of the step
+        gap0, rate0 = z[LAST_GAP], z[LAST_RATE]
+        s = crossing(h, gap0, rate0, gap, gap_rate)
+        _, slope = cubic(s, h, gap0, rate0, gap, gap_rate)
+        if slope >= 0.0:
+            return 0.0, 0.0, 0.0  # grazing
+        d0, d1 = h * rate0, h * gap_rate
+        rise = gap - gap0
+        curve = 2.0 * (3.0 * rise - 2.0 * d0 - d1) + 6.0 * s * (d0 + d1 - 2.0 * rise)
+        value_gap, slope_gap = s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s)
+        value_rate, slope_rate = h * s * s * (s - 1.0), h * s * (3.0 * s - 2.0)
+        by_gap = -(slope_gap - curve * value_gap / slope) / h
+        by_rate = -(slope_rate - curve * value_rate / slope) / h
+        return -slope / h, by_gap, by_rate
     return -gap_rate, 0.0, -1.0
-
-
-@compiled
-def _located(h, gap0, rate0, gap, gap_rate):
-    """Speed at the crossing and its derivatives by gap and gap rate at the end of the step."""
-    s = crossing(h, gap0, rate0, gap, gap_rate)
-    _, slope = cubic(s, h, gap0, rate0, gap, gap_rate)
-    if slope >= 0.0:
-        return 0.0, 0.0, 0.0  # grazing
-    d0, d1 = h * rate0, h * gap_rate
-    rise = gap - gap0
-    curve = 2.0 * (3.0 * rise - 2.0 * d0 - d1) + 6.0 * s * (d0 + d1 - 2.0 * rise)
-    value_gap, slope_gap = s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s)
-    value_rate, slope_rate = h * s * s * (s - 1.0), h * s * (3.0 * s - 2.0)
-    by_gap = -(slope_gap - curve * value_gap / slope) / h
-    by_rate = -(slope_rate - curve * value_rate / slope) / h
-    return -slope / h, by_gap, by_rate

@@ -31,10 +31,8 @@ SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01  # cut tension and excess over the larg
 def keep_extremes(depth, force, tension, excess, z, z_new):
     """Update the extremes of a run; the approach speed is read from z_new."""
     z_new[MOST_APPROACH] = max(z[MOST_APPROACH], z_new[APPROACH])
-    z_new[DEPTH] = max(z[DEPTH], depth)
-    z_new[FORCE] = max(z[FORCE], force)
-    z_new[TENSION] = max(z[TENSION], tension)
-    z_new[EXCESS] = max(z[EXCESS], excess)
+    z_new[DEPTH], z_new[FORCE] = max(z[DEPTH], depth), max(z[FORCE], force)
+    z_new[TENSION], z_new[EXCESS] = max(z[TENSION], tension), max(z[EXCESS], excess)
 
 
 def effective_modulus(materials: Sequence[Material]) -> float:

@@ -193,10 +193,9 @@ class Belt(Wheels):
         apart, (r1, r2) = planar.distance((first.x, first.y), (second.x, second.y)), self.radii
         reach = r1 + r2 if self.crossed else abs(r1 - r2)
         if apart <= reach:
-            raise ModelError(
-                f"{self.label}: the centres of mass of its wheels are {apart:g} m apart, too near for radii of {r1:g} "
-                f"and {r2:g} m. Move a wheel; with friction the centres of mass are the centres of the wheels."
-            )
+            text = f"{self.label}: the centres of mass of its wheels are {apart:g} m apart,"
+            text += f" too near for radii of {r1:g} and {r2:g} m. Move a wheel;"
+            raise ModelError(f"{text} with friction the centres of mass are the centres of the wheels.")
         return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:

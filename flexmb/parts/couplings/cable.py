@@ -39,8 +39,7 @@ def line_between(s1x, s1y, s2x, s2y, q):
     size = math.sqrt(dx * dx + dy * dy)
     ex, ey = dx / size, dy / size
     along = (-ex, -ey, ex * ay - ey * ax, ex, ey, ey * bx - ex * by)
-    across = (ey, -ex, -ey * ay - ex * ax, -ey, ex, ex * bx + ey * by)
-    return size, ex, ey, along, across
+    return size, ex, ey, along, (ey, -ex, -ey * ay - ex * ax, -ey, ex, ex * bx + ey * by)
 
 
 @compiled

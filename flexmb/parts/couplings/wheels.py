@@ -218,8 +218,7 @@ class Wheels(Part):
     def _axes(self, mechanism: Mechanism) -> list[Point]:
         """Centres of both wheels in the reference configuration [m]."""
         wheels = self.first, self.second
-        given = list(self.centres or (None, None))
-        pairs = zip(given, wheels, strict=True)
+        pairs = zip(self.centres or (None, None), wheels, strict=True)
         found: list[Any] = [c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in pairs]
         other, apart = found[0] or found[1], getattr(self, "distance", None)
         if not all(found):  # the ground, whose centre is a pin of the arm
@@ -391,10 +390,9 @@ class Gear(Wheels):
         (z1, z2), distance = self.teeth, self._distance(mechanism)
         sum_of_teeth = abs(z2 - z1) if self.internal else z1 + z2
         if self.module is not None and abs(0.5 * self.module * sum_of_teeth - distance) > FITS * distance:
-            raise ModelError(
-                f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2} teeth with module "
-                f"{self.module:g} m need {0.5 * self.module * sum_of_teeth:g} m. Move an axis, or change the wheels."
-            )
+            text = f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2}"
+            text += f" teeth with module {self.module:g} m need {0.5 * self.module * sum_of_teeth:g} m."
+            raise ModelError(f"{text} Move an axis, or change the wheels.")
         return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
 
     def module_of(self, mechanism: Mechanism) -> float:
@@ -426,10 +424,8 @@ class Gear(Wheels):
         off = np.abs(apart - drawn)
         k = int(np.argmax(off))
         if off[k] > LARGE_PLAY * self.module_of(mechanism):
-            text = (
-                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart; "
-                f"its teeth mesh at {drawn:.4g} m."
-            )
+            text = f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label}"
+            text += f" are {apart[k]:.4g} m apart; its teeth mesh at {drawn:.4g} m."
             remedy = "An ideal pair holds its ratio at any distance: hold the axes, or give backlash= and normal=."
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], distance=apart[k])
 
@@ -455,10 +451,9 @@ class Gear(Wheels):
         first, second = one.node(one.main), two.node(two.main)
         apart, wanted = planar.distance((first.x, first.y), (second.x, second.y)), abs(r1 + r2)
         if GROUND.name in (self.first.name, self.second.name) or abs(apart - wanted) > FITS * wanted:
-            raise ModelError(
-                f"{self.label}: with backlash both wheels must be bodies whose centres of mass lie on their axes, "
-                f"{wanted:g} m apart; they are {apart:g} m apart. Use a heavy body on a Fixed joint for a ring at rest."
-            )
+            text = f"{self.label}: with backlash both wheels must be bodies whose centres of mass lie on their axes,"
+            text += f" {wanted:g} m apart; they are {apart:g} m apart."
+            raise ModelError(f"{text} Use a heavy body on a Fixed joint for a ring at rest.")
         pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
         if backlash >= 0.5 * pitch:
             text = f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together;"
@@ -547,10 +542,8 @@ class Rack(Part):
         across = np.cos(angle) * dy - np.sin(angle) * dx
         k = int(np.argmax(np.abs(across - radius)))
         if abs(across[k] - radius) > PARTED * abs(radius):
-            text = (
-                f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g} m from the "
-                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m."
-            )
+            text = f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g}"
+            text += f" m from the pitch line of {self.label}, whose radius is {abs(radius):.4g} m."
             remedy, numbers = "Hold the distance by a joint or guide.", {"distance": across[k], "radius": radius}
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], **numbers)
 

@@ -400,10 +400,8 @@ class Table(Points):
             if beyond > worst:
                 worst, at = float(beyond), k
         if whole > 0.0 and worst > MOST_OVERSHOOT * whole:
-            text = (
-                f"The table of {part!r} overshoots its points by {worst:.4g} between t = {times[at]:.6g} and "
-                f"{times[at + 1]:.6g} s, where they differ by {abs(values[at + 1] - values[at]):.4g}."
-            )
+            text = f"The table of {part!r} overshoots its points by {worst:.4g} between t = {times[at]:.6g}"
+            text += f" and {times[at + 1]:.6g} s, where they differ by {abs(values[at + 1] - values[at]):.4g}."
             remedy = "Give points of nearly even distance, or use PiecewiseLinear for loads and CycloidalRamp for "
             remedy += "drives."
             yield found("overshooting-table", (part,), text, remedy, time=times[at], overshoot=worst)

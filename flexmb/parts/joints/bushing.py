@@ -189,8 +189,7 @@ class Bushing(Joint):
         numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
         p = packed(numbers)
         signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
-        element = BUSHING.contribution(self.name, coordinates, p)
-        return [element, *signals, self._held(ends, p)]
+        return [BUSHING.contribution(self.name, coordinates, p), *signals, self._held(ends, p)]
 
     def _held(self, ends: tuple[Attachment, Attachment], p: tuple[float, ...]) -> ConstraintContribution:
         """Coincidence of the points while start values are computed, along the axes that have stiffness."""

@@ -130,8 +130,7 @@ class Guide(Joint):
     def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
         """The two constraint equations of a slider without clearance in `mechanism`."""
         coordinates, p, angle = self.geometry(mechanism)
-        second = coordinates[3:]
-        own = (*p, angle), 2, second, 1
+        own = (*p, angle), 2, coordinates[3:], 1
         return ConstraintContribution(self.name, guide_kernel, coordinates, *own, columns=OF_GUIDE, curved=BY_TURN)
 
     def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
@@ -245,10 +244,9 @@ class Clamp(Joint):
         given = {name: getattr(self, name) for name, *_ in ROWS}
         for name, motion in given.items():
             if motion is not None and not motion.is_smooth:
-                raise InputError(
-                    f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps; a clamp would "
-                    "need an infinite force to follow. Move it with Table, Ramp or CycloidalRamp."
-                )
+                text = f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps;"
+                text += " a clamp would need an infinite force to follow."
+                raise InputError(f"{text} Move it with Table, Ramp or CycloidalRamp.")
         if all(motion is None for motion in given.values()):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
@@ -286,21 +284,16 @@ def corner_gap_kernel(p, q, v, out):
     put_side_columns(out, nx, ny, bx, by)
 
 
-@compiled
-def pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q):
-    """Travel, offset across the guide and tilt of the slider's centre."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
-    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
-    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
-    return ux * ex + uy * ey, ux * ey - uy * ex, q[5] - q[2] - angle
-
-
 @signal_kernel
 def slider_signal(p, t, q, v, a):
     """`chosen`: 0 travel, 1 offset, 2 tilt, 3 mode (0 free, 1 one corner, 2 two across, 3 face, 4 more)."""
     mx, my, s1x, s1y, s2x, s2y, angle, c, length, height, chosen = p
-    travel, offset, tilt = pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q)
+    # Travel, offset across the guide and tilt of the slider's centre
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
+    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
+    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
+    travel, offset, tilt = ux * ex + uy * ey, ux * ey - uy * ex, q[5] - q[2] - angle
     which = int(chosen)
     if which < 3:
         return travel if which == 0 else (offset if which == 1 else tilt)

@@ -56,8 +56,7 @@ def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
     G[1, 4] = 1.0
     G[1, 5] = bx
     w1, w2 = v[2] * v[2], v[5] * v[5]
-    gamma[0] = bx * w2 - ax * w1
-    gamma[1] = by * w2 - ay * w1
+    gamma[0], gamma[1] = bx * w2 - ax * w1, by * w2 - ay * w1
     H[2, 2] = lam[0] * ax + lam[1] * ay
     H[5, 5] = -lam[0] * bx - lam[1] * by
 
@@ -288,21 +287,18 @@ class RevoluteClearance(Joint):
         e = checks.point(self.label, "start", self.start)
         beyond = math.hypot(*e) - self.play
         if beyond > (TOUCHING - 1.0) * self.play:
-            raise InputError(
-                f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of "
-                f"{self.play:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex, ey), or "
-                'start="seated" for a journal that touches where gravity pulls it.'
-            )
+            text = f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of"
+            text += f" {self.play:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex,"
+            raise InputError(f'{text} ey), or start="seated" for a journal that touches where gravity pulls it.')
         object.__setattr__(self, "start", e)
 
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse a seated journal without gravity."""
         super().validate(mechanism)
         if self.start == SEATED and math.hypot(*mechanism.gravity) <= 0.0:
-            raise InputError(
-                f"{self.label}: start is 'seated', but mechanism {mechanism.name!r} has no gravity that pulls the "
-                "journal anywhere. Say where it stands with start=(ex, ey) in m, or give gravity=(0, -9.81)."
-            )
+            text = f"{self.label}: start is 'seated',"
+            text += f" but mechanism {mechanism.name!r} has no gravity that pulls the journal anywhere."
+            raise InputError(f"{text} Say where it stands with start=(ex, ey) in m, or give gravity=(0, -9.81).")
 
     def eccentricity(self, mechanism: Mechanism) -> tuple[float, float]:
         """Centre of the journal seen from that of the bearing at the start of `mechanism` [m]."""
@@ -343,10 +339,8 @@ class RevoluteClearance(Joint):
         if depth > self.deep_from * radius:
             more = "more than " if math.isinf(depth) else ""
             depth = min(depth, radius)
-            text = (
-                f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label} into its "
-                f"bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
-            )
+            text = f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label}"
+            text += f" into its bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
             remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
             yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 

@@ -142,10 +142,9 @@ def own_stiffness(label: str, name: str, law: Any, *_: str) -> NormalLaw:
     try:
         law.parameters()
     except InputError as error:
-        raise InputError(
-            f"{label}: the stiffness of {type(law).__name__} depends on the radii of a journal and its bearing, which "
-            "this part has not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
-        ) from error
+        text = f"{label}: the stiffness of {type(law).__name__} depends on the radii of a journal and its bearing,"
+        text += " which this part has not."
+        raise InputError(f"{text} Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt.") from error
     return law
 
 

@@ -33,8 +33,7 @@ def dead_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     fx, fy, sx, sy = p
     c, s = math.cos(q[2]), math.sin(q[2])
     bx, by = c * sx - s * sy, s * sx + c * sy
-    r[0] = -fx
-    r[1] = -fy
+    r[0], r[1] = -fx, -fy
     r[2] = -(bx * fy - by * fx)
     K[2, 2] = by * fy + bx * fx
 
@@ -45,8 +44,7 @@ def follower_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     f1, f2, sx, sy = p
     c, s = math.cos(q[2]), math.sin(q[2])
     fx, fy = c * f1 - s * f2, s * f1 + c * f2
-    r[0] = -fx
-    r[1] = -fy
+    r[0], r[1] = -fx, -fy
     r[2] = -(sx * f2 - sy * f1)  # arm and force turn together
     K[0, 2] = fy
     K[1, 2] = -fx

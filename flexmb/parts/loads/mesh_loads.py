@@ -74,10 +74,8 @@ class MeshLoad(Part):
         body = self._carrier(mechanism.body(self.body.name, self.label))
         share = body.left_out(self.on(self.plane_of(body)))
         if share > LEFT_OUT:
-            text = (
-                f"{self.label} acts on {body.label}, whose kept shapes leave out {100.0 * share:.3g} % of its strain "
-                "energy: pins move rightly, but deflection and stress between them are too small."
-            )
+            text = f"{self.label} acts on {body.label}, whose kept shapes leave out {100.0 * share:.3g} % of its"
+            text += " strain energy: pins move rightly, but deflection and stress between them are too small."
             remedy = f"Keep its shape: Reduced(..., load_shapes=({self.name},))."
             yield found("missing-shapes", (self.name, body.name), text, remedy, share=share, limit=LEFT_OUT)
 

@@ -37,34 +37,29 @@ CLOSE = 1e-13
 
 
 @compiled
-def border(p, first, n, x):
-    """f, f', f'' at x."""
-    step = p[STEP]
-    place = x / step + 0.5 * n - 0.5
-    k = math.floor(place)
-    u = place - k
-    w = 1.0 - u
-    left, right = 2.0 / 3.0 - u * u * (1.0 - 0.5 * u), 2.0 / 3.0 - w * w * (1.0 - 0.5 * w)
-    weights = (w * w * w / 6.0, left, right, u * u * u / 6.0)
-    slopes = (-0.5 * w * w, u * (1.5 * u - 2.0), -w * (1.5 * w - 2.0), 0.5 * u * u)
-    bends = (w, 3.0 * u - 2.0, 3.0 * w - 2.0, u)
-    f, f1, f2 = 0.0, 0.0, 0.0
-    for j in range(4):
-        i = int(k) - 1 + j
-        if 0 <= i < n:
-            h = p[first + i]
-            f, f1, f2 = f + weights[j] * h, f1 + slopes[j] * h, f2 + bends[j] * h
-    return f, f1 / step, f2 / (step * step)
-
-
-@compiled
 def nearest_border(p, first, n, x, y):
     """Depth D of the point (x, y), normal along and across the guide, 1/(rho + D), foot on the border."""
     s, reach = x, 2.0 * p[STEEPEST] * (abs(y) + p[DEEPEST])
     low, high = x - reach, x + reach
     f, f1, f2 = 0.0, 0.0, 0.0
     for _ in range(MOST_TRIALS):
-        f, f1, f2 = border(p, first, n, s)
+        # f, f', f'' of the border at s
+        step = p[STEP]
+        place = s / step + 0.5 * n - 0.5
+        k = math.floor(place)
+        u = place - k
+        w = 1.0 - u
+        left, right = 2.0 / 3.0 - u * u * (1.0 - 0.5 * u), 2.0 / 3.0 - w * w * (1.0 - 0.5 * w)
+        weights = (w * w * w / 6.0, left, right, u * u * u / 6.0)
+        slopes = (-0.5 * w * w, u * (1.5 * u - 2.0), -w * (1.5 * w - 2.0), 0.5 * u * u)
+        bends = (w, 3.0 * u - 2.0, 3.0 * w - 2.0, u)
+        f, f1, f2 = 0.0, 0.0, 0.0
+        for j in range(4):
+            i = int(k) - 1 + j
+            if 0 <= i < n:
+                h = p[first + i]
+                f, f1, f2 = f + weights[j] * h, f1 + slopes[j] * h, f2 + bends[j] * h
+        f1, f2 = f1 / step, f2 / (step * step)
         F, F_s = x - s + (y - f) * f1, -1.0 - f1 * f1 + (y - f) * f2
         if F_s < 0.0 and abs(F) <= -CLOSE * p[STEP] * F_s:
             break

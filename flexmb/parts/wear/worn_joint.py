@@ -43,9 +43,7 @@ class Wear(Input, Shown):
     _: KW_ONLY
     bearing: float = field("coefficient of the bearing, guide or slot", "1/Pa", not_negative, default=0.0)
     journal: float = field("coefficient of the journal", "1/Pa", not_negative, default=0.0)
-    bins: int = field(
-        "number of angles or places at which the depth of a surface is known", rule=count(FEWEST_BINS), default=360
-    )
+    bins: int = field("number of angles or places of known depth", rule=count(FEWEST_BINS), default=360)
     width: float | None = field(
         "width of both surfaces; None: that of the film, or the diameter of the bearing", "m", positive, default=None
     )
@@ -61,10 +59,9 @@ class Wear(Input, Shown):
         for surface in ("bearing", "journal"):
             k = getattr(self, surface)
             if k > LARGEST_COEFFICIENT:
-                raise InputError(
-                    f"{name}: {surface} is {k:g} 1/Pa; such coefficients are below {LARGEST_COEFFICIENT:g}. Divide a "
-                    "coefficient without unit by the hardness: 1e-3/2e9 Pa = 5e-13; multiply one in mm^3/(N m) by 1e-9."
-                )
+                text = f"{name}: {surface} is {k:g} 1/Pa; such coefficients are below {LARGEST_COEFFICIENT:g}."
+                text += " Divide a coefficient without unit by the hardness: 1e-3/2e9 Pa = 5e-13;"
+                raise InputError(f"{text} multiply one in mm^3/(N m) by 1e-9.")
         if self.bins > MOST_BINS:
             raise InputError(f"{name}: bins is {self.bins}; give at most {MOST_BINS}, 360 to 720 are usual.")
         if (self.bearing > 0.0) == (self.journal > 0.0):
@@ -181,10 +178,9 @@ class WornJoint(Part):
         super().__post_init__()
         count = self.bins * len(self.wearing_faces)
         if self.profile and len(self.profile) != count:
-            raise InputError(
-                f"{self.label}: profile has {len(self.profile)} depths; the law of wear has {self.bins} bins, and "
-                f"{' and '.join(self.wearing_faces)} wear. Give {count} depths, or none for unworn surfaces."
-            )
+            text = f"{self.label}: profile has {len(self.profile)} depths;"
+            text += f" the law of wear has {self.bins} bins, and {' and '.join(self.wearing_faces)} wear."
+            raise InputError(f"{text} Give {count} depths, or none for unworn surfaces.")
         if isinstance(self.friction, Frictionless) and not self.wear.load(np.ones(1), np.zeros(1)).any():
             law = type(self.wear).__name__
             text = f"{self.label}: {law} wears by the work of friction, and the joint has none."
@@ -298,10 +294,9 @@ class WornJoint(Part):
         if isinstance(wear, Wear) and any(self.profile):
             worn, others = self.wearing_faces, replace(self, wear=wear, profile=()).wearing_faces
             if worn != others:
-                raise InputError(
-                    f"{self.label}: its {' and '.join(worn)} is worn, and the law of wear is one of "
-                    f"{' and '.join(others)}. Give wear to the joint without a profile, or a law of the same surfaces."
-                )
+                text = f"{self.label}:"
+                text += f" its {' and '.join(worn)} is worn, and the law of wear is one of {' and '.join(others)}."
+                raise InputError(f"{text} Give wear to the joint without a profile, or a law of the same surfaces.")
         return replace(self, wear=wear)
 
 

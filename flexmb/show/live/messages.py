@@ -1,7 +1,5 @@
 """Messages of a live page to its browsers, wishes of browsers, checked, and files of the newest run."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from importlib.util import find_spec

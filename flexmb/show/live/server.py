@@ -1,7 +1,5 @@
 """Server of a live page on this machine alone: hosts, origins, token, rates and sizes of messages."""
 
-from __future__ import annotations
-
 import asyncio
 import hmac
 import json

@@ -1,7 +1,5 @@
 """Studies of a live page, in a thread of their own: exponent with its verdict, a bifurcation diagram point by point."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Live page in a cell of a notebook: a widget whose messages go to the kernel instead of a server."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -64,13 +64,24 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     checks.one_of("plot_bifurcation", "signal", signal, signals)
     figure, ax = style.panel_of(DIAGRAM_SIZE)
     pieces: dict[tuple[str, str], list[Any]] = {}
+    look: dict[str, Any]
     for direction, row in _rows(diagram):
         values, points = row[parameter].values, row[signal].values
         for k in np.flatnonzero(row["ok"].values):
             key = (entry_of(str(row["verdict"].values[k])), direction)
             pieces.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
-        _mark(ax, row, parameter)
-    _draw(ax, pieces)
+        for value in values[row["seam"].values]:
+            ax.axvline(value, color="0.75", linestyle=":", linewidth=1.0, zorder=0)
+        failed = values[(row["status"].values != "") & ~row["ok"].values]
+        look = {"color": "black", "transform": ax.get_xaxis_transform(), "clip_on": False}
+        ax.plot(failed, np.full(len(failed), 0.015), "x", **look)
+    count = sum(len(points) for listed in pieces.values() for _, points in listed)
+    size = 4.0 if count < MANY_POINTS else 1.2
+    for (verdict, name), listed in pieces.items():
+        across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
+        look = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
+        look["markeredgewidth"] = 0.0
+        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
     style.label_axis(ax.xaxis, parameter, diagram[parameter].attrs.get("units", ""))
@@ -99,26 +110,6 @@ def default_signal(diagram: xr.Dataset) -> str:
     moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
     eccentric = [name for name in names if name.endswith(".ex")]
     return next(iter(eccentric + moving + names))
-
-
-def _mark(ax: Axes, row: xr.Dataset, parameter: str) -> None:
-    """Draw seams and failed points of a direction."""
-    values = row[parameter].values
-    for value in values[row["seam"].values]:
-        ax.axvline(value, color="0.75", linestyle=":", linewidth=1.0, zorder=0)
-    finished = row["status"].values != ""
-    failed = values[finished & ~row["ok"].values]
-    ax.plot(failed, np.full(len(failed), 0.015), "x", color="black", transform=ax.get_xaxis_transform(), clip_on=False)
-
-
-def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
-    count = sum(len(points) for listed in pieces_of.values() for _, points in listed)
-    size = 4.0 if count < MANY_POINTS else 1.2
-    for (verdict, name), listed in pieces_of.items():
-        across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
-        look: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
-        look["markeredgewidth"] = 0.0
-        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
@@ -223,8 +214,7 @@ def _heights(branch: Branch, signal: str, value: str, points: tuple[BranchPoint,
     if len(points) and not np.isfinite(extremes).any():
         raise InputError(f"plot_branch: value is {value!r}, but extremes were not kept. Use follow(..., extremes=100).")
     low, high = extremes[:, 0], extremes[:, 1]
-    heights = {"min": low, "max": high, "amplitude": 0.5 * (high - low)}
-    return np.asarray(heights[value])
+    return np.asarray({"min": low, "max": high, "amplitude": 0.5 * (high - low)}[value])
 
 
 def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:

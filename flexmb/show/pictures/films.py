@@ -56,7 +56,15 @@ class Film:
         true = at_times(sol, times)
         self._centres = None if follow is None else drawing.path(true, follow, np.arange(len(times)))
         box = None if self._centres is None else box_about(true, 0, self._centres[0])
-        self.scene = _scene(sol, true, magnify, points, joints, box)
+        # Scene of all frames: section forces of the true deformation at the places of the magnified one
+        first, last = np.searchsorted(sol.time, true.time[0]), np.searchsorted(sol.time, true.time[-1], side="right")
+        shown, rows = magnified(true, magnify), np.arange(len(true.time))
+        paths = {}
+        if points:
+            every = np.arange(first, max(last, first + 1))
+            whole = magnified(sol, magnify)
+            paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
+        self.scene = scene_of(shown, rows, box=box, paths=paths, forces=joints, true=true if magnify != 1.0 else None)
         field = field_of(self.scene, colour)
         self.size = _pixels(self.scene.box, size)
         self._magnify = magnify
@@ -125,20 +133,6 @@ class Film:
         label_axis(bar.ax.xaxis if wide else bar.ax.yaxis, words_of(field), units)
         (bar.ax.xaxis if wide else bar.ax.yaxis).label.set_fontsize("small")
         bar.ax.tick_params(labelsize="x-small")
-
-
-def _scene(
-    sol: Solution, true: Solution, magnify: float, points: dict[str, Place], joints: tuple[str, ...], box: Box | None
-) -> Scene:
-    """Scene of all frames: section forces of the true deformation at the places of the magnified one."""
-    first, last = np.searchsorted(sol.time, true.time[0]), np.searchsorted(sol.time, true.time[-1], side="right")
-    shown, rows = magnified(true, magnify), np.arange(len(true.time))
-    paths = {}
-    if points:
-        every = np.arange(first, max(last, first + 1))
-        whole = magnified(sol, magnify)
-        paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
-    return scene_of(shown, rows, box=box, paths=paths, forces=joints, true=true if magnify != 1.0 else None)
 
 
 def _pixels(box: Box, size: tuple[int, int] | None) -> tuple[int, int]:
@@ -283,7 +277,11 @@ def animate(
     if target.suffix.lower() == ".html":
         return Path(import_module("flexmb.show.reports.report").report(sol, target))
     rate = checks.positive("animate", "fps", fps)
-    count = _count(checks.positive("animate", "seconds", seconds, "s") * rate)
+    frames = checks.positive("animate", "seconds", seconds, "s") * rate
+    if not frames <= MOST_FRAMES:
+        text = f"animate: seconds x fps are {frames:.6g} frames; it must be at most {MOST_FRAMES}"
+        raise InputError(f"{text}. Films have 25 to 60 frames a second: give a smaller fps= or seconds=.")
+    count = max(1, round(frames))
     magnify, shown = checks.not_negative("animate", "magnify", magnify), instants(sol, times, count)
     kept = None if follow is None else known_point("animate", sol, "follow", follow)
     drawn = traced_points(sol, traces), joints_with_forces("animate", sol, forces)
@@ -297,14 +295,6 @@ def animate(
     with whole_file(target, "animate") as part:
         write(part, film, rate)
     return target
-
-
-def _count(frames: float) -> int:
-    """Number of frames, at least 1; refused where there are too many."""
-    if not frames <= MOST_FRAMES:
-        text = f"animate: seconds x fps are {frames:.6g} frames; it must be at most {MOST_FRAMES}"
-        raise InputError(f"{text}. Films have 25 to 60 frames a second: give a smaller fps= or seconds=.")
-    return max(1, round(frames))
 
 
 def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np.ndarray:

@@ -63,7 +63,11 @@ def place_names(
         text = _annotation(ax, point, name)
         extent = text.get_window_extent()
         size = np.array([extent.width, extent.height])
-        corners, away = _corners(size, scale)
+        turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 2) / DIRECTIONS  # up and to the right first
+        ways = np.column_stack([np.cos(turn), np.sin(turn)])
+        corners = np.array(DISTANCES)[:, None, None] * scale * ways + (0.5 * ways - 0.5) * size
+        away = np.array(DISTANCES)[:, None] + 0.01 * np.arange(DIRECTIONS)
+        corners, away = corners.reshape(-1, 2), away.ravel()
         low, high = pixel + corners, pixel + corners + size
         hidden = (low[:, None] < taken[:, 1] + gap) & (taken[:, 0] < high[:, None] + gap)
         outside = (low < np.array(room.min) + gap) | (high > np.array(room.max) - gap)
@@ -95,15 +99,6 @@ def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
     if text.arrow_patch is not None:
         text.arrow_patch.set_visible(False)
     return text
-
-
-def _corners(size: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lower left corners (k, 2) [pixel] of tried places, whose boxes touch circles, and their distances (k,) [pt]."""
-    turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 2) / DIRECTIONS  # up and to the right first
-    ways = np.column_stack([np.cos(turn), np.sin(turn)])
-    corners = np.array(DISTANCES)[:, None, None] * scale * ways + (0.5 * ways - 0.5) * size
-    away = np.array(DISTANCES)[:, None] + 0.01 * np.arange(DIRECTIONS)
-    return corners.reshape(-1, 2), away.ravel()
 
 
 def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -75,7 +75,19 @@ def scene_of(
     limits = box_of_run(sol, list(traced.values())) if box is None else box
     size = limits[0][1] - limits[0][0]
     lines, marks = drawing.lines(sol, rows, PER_ELEMENT), drawing.marks(sol, rows)
-    arrows = joint_forces(sol, rows, marks, forces, size)
+    # Arrows of joint forces are as long as the forces are large up to the 98th percentile of all of them, which has the
+    # length of a load's arrow; larger forces, those of impacts, have the same length.
+    places = {mark.part: mark.points for mark in marks if mark.kind != "journal"}
+    vectors = {name: np.stack([sol.array(f"{name}.fx"), sol.array(f"{name}.fy")], axis=-1)[rows] for name in forces}
+    sizes = np.concatenate([np.zeros(1), *(np.hypot(*v.T) for v in vectors.values())])
+    top = float(np.percentile(sizes, SHARE)) or float(sizes.max()) or 1.0
+    arrows = []
+    for name, vector in vectors.items():
+        if name not in places:
+            raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
+        arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
+        points = arrow_line(places[name], places[name] + arrow, HEAD * size)
+        arrows.append(Line(name, "force", points))
     signs, meshes = symbols(sol, rows, size), drawing.surfaces(sol, rows)
     if true is not None:
         for line, own in zip(lines, drawing.lines(true, rows, PER_ELEMENT), strict=True):
@@ -116,26 +128,6 @@ def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
     points = np.concatenate([line.points[0] for line in drawing.lines(sol, np.array([row]), PER_ELEMENT)])
     reach = float(np.hypot(*(points - centre).T).max())
     return box_around([centre + reach * np.array([[-1.0, -1.0], [1.0, 1.0]])])
-
-
-def joint_forces(
-    sol: Solution, rows: np.ndarray, marks: Sequence[Mark], joints: Sequence[str], size: float
-) -> list[Line]:
-    """Arrows of the forces of joints on their second bodies, at saved instants with numbers (n,)."""
-    # Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
-    # load's arrow; larger forces, those of impacts, have the same length. The size of the picture is in m.
-    places = {mark.part: mark.points for mark in marks if mark.kind != "journal"}
-    vectors = {name: np.stack([sol.array(f"{name}.fx"), sol.array(f"{name}.fy")], axis=-1)[rows] for name in joints}
-    sizes = np.concatenate([np.zeros(1), *(np.hypot(*v.T) for v in vectors.values())])
-    top = float(np.percentile(sizes, SHARE)) or float(sizes.max()) or 1.0
-    found = []
-    for name, vector in vectors.items():
-        if name not in places:
-            raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
-        arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
-        points = arrow_line(places[name], places[name] + arrow, HEAD * size)
-        found.append(Line(name, "force", points))
-    return found
 
 
 SIZES = 0.5, 100.0  # least and largest width and height of a picture [inch]
@@ -191,7 +183,10 @@ def render(
             Pose(ax, scene, now)
             ax.set_title(f"t = {sol.time[indices[k]]:.6g} s", fontsize="small")
         ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", visible=k < len(indices))
-        _label(ax, left=k % columns == 0, below=k + columns >= len(indices))
+        left, below = k % columns == 0, k + columns >= len(indices)
+        ax.tick_params(labelsize="x-small", labelbottom=below, labelleft=left)
+        ax.set_xlabel("x [m]" if below else "", fontsize="small")
+        ax.set_ylabel("y [m]" if left else "", fontsize="small")
     legend(figure, scene)
     with settled(figure):
         joint_names(axes[0], scene, int(np.searchsorted(rows, indices[0])))
@@ -221,13 +216,6 @@ def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float
     (x0, x1), (y0, y1) = box
     wide = 3.2 if columns > 1 else 6.0
     return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 1.4 * wide))
-
-
-def _label(ax: Axes, *, left: bool, below: bool) -> None:
-    """Label the axes at the rim of the grid only."""
-    ax.tick_params(labelsize="x-small", labelbottom=below, labelleft=left)
-    ax.set_xlabel("x [m]" if below else "", fontsize="small")
-    ax.set_ylabel("y [m]" if left else "", fontsize="small")
 
 
 def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndarray, str]] = ()) -> list[Annotation]:
@@ -261,16 +249,12 @@ def legend(figure: Figure, scene: Scene) -> None:
         more = len(handles) - MOST_NAMES + 1
         handles = [*handles[: MOST_NAMES - 1], mpl.lines.Line2D([], [], linestyle="", label=f"and {more} more")]
     if handles:
-        columns = _columns([len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0])
+        lengths, width = [len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0]
+        spaces = (
+            (k, sum(0.62 + 0.085 * max(one) for one in np.array_split(lengths, k))) for k in range(len(lengths), 1, -1)
+        )
+        columns = next((k for k, space in spaces if space <= width), 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
-
-
-def _columns(lengths: list[int], width: float) -> int:
-    """Largest number of columns of a legend that fit into a width [inch], for the lengths of its texts."""
-    for columns in range(len(lengths), 1, -1):
-        if sum(0.62 + 0.085 * max(column) for column in np.array_split(lengths, columns)) <= width:
-            return columns
-    return 1
 
 
 UNITS = {"x": "m", "y": "m", "theta": "rad"}

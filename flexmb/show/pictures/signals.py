@@ -110,18 +110,7 @@ def plot(
     InputError : an unknown name, no name, signals of different units in one panel, a solution without saved instants.
     """
     require_rows("plot", sol, drawn=False)
-    panels = _panels(sol, names)
-    if x != "time":
-        sol.array(x)  # an unknown name is refused before anything is drawn
-    figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
-    for ax, panel in zip(axes, panels, strict=True):
-        _draw(ax, sol, panel, x)
-    label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
-    return figure
-
-
-def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
-    """Names of the signals by panel, checked."""
+    # Names of the signals by panel, checked
     entries = [names] if isinstance(names, str) else list(checks.sequence("plot", "names", names, "names of signals"))
     panels = [
         [entry] if isinstance(entry, str) else list(checks.sequence("plot", f"names[{k}]", entry, "names of signals"))
@@ -135,7 +124,13 @@ def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[l
             listed = " and ".join(repr(u) for u in units)
             text = f"plot: {', '.join(panel)} have different units, {listed}."
             raise InputError(f"{text} Put them into different panels.")
-    return panels
+    if x != "time":
+        sol.array(x)  # an unknown name is refused before anything is drawn
+    figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
+    for ax, panel in zip(axes, panels, strict=True):
+        _draw(ax, sol, panel, x)
+    label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
+    return figure
 
 
 def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:

@@ -151,11 +151,24 @@ class Window:
         field = films.field_of(scene, colour) or films.field_of(scene, None if colour is None else films.STRESS)
         self._bodies(field)
         self._meshes(field)
-        self._signs()
+        for sign in (*self._scene.signs, *self._scene.forces):
+            look = SYMBOLS[sign.kind]
+            style = {"color": mpl.colors.to_hex(look["color"]), "line_width": 1.6 * look["linewidth"]}
+            self._lines([sign.points], {**style, "depth": 0.002 if sign.kind == "force" else -0.002})
+        for path, _ in self._scene.paths.values():
+            self._lines([np.repeat(path[None], len(self._scene.time), axis=0)], {"color": TRACED, "line_width": 2})
         self._joints()
         name = scene.name.encode("latin-1", "backslashreplace").decode("latin-1")  # VTK's font has no others
         self.plotter.add_text(name, position="upper_left", font_size=10, color="black")
-        self._camera()
+        # Parallel view on the plane that holds the whole run
+        (x0, x1), (y0, y1) = self._scene.box
+        self.plotter.view_xy()
+        self.plotter.enable_parallel_projection()
+        camera = self.plotter.camera
+        camera.focal_point = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0)
+        camera.position = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 10.0 * self._scene.size)
+        camera.parallel_scale = 0.55 * max(y1 - y0, (x1 - x0) * SIZE[1] / SIZE[0])
+        self.plotter.enable_image_style()
         self._controls()
         self.go_to(0)
 
@@ -233,14 +246,6 @@ class Window:
         """Add a point (n, 2) that moves."""
         self._add(points[:, None], {}, style, verts=np.array([1, 0]))
 
-    def _signs(self) -> None:
-        for sign in (*self._scene.signs, *self._scene.forces):
-            look = SYMBOLS[sign.kind]
-            style = {"color": mpl.colors.to_hex(look["color"]), "line_width": 1.6 * look["linewidth"]}
-            self._lines([sign.points], {**style, "depth": 0.002 if sign.kind == "force" else -0.002})
-        for path, _ in self._scene.paths.values():
-            self._lines([np.repeat(path[None], len(self._scene.time), axis=0)], {"color": TRACED, "line_width": 2})
-
     def _joints(self) -> None:
         for mark in self._scene.marks:
             if mark.kind == "journal":
@@ -248,17 +253,6 @@ class Window:
             clearance = mark.kind == "clearance"
             style = {"color": CLEARANCE if clearance else "black", "point_size": 14 if clearance else 9, "depth": 0.004}
             self._point(mark.points, {**style, "render_points_as_spheres": True})
-
-    def _camera(self) -> None:
-        """Parallel view on the plane that holds the whole run."""
-        (x0, x1), (y0, y1) = self._scene.box
-        self.plotter.view_xy()
-        self.plotter.enable_parallel_projection()
-        camera = self.plotter.camera
-        camera.focal_point = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0)
-        camera.position = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 10.0 * self._scene.size)
-        camera.parallel_scale = 0.55 * max(y1 - y0, (x1 - x0) * SIZE[1] / SIZE[0])
-        self.plotter.enable_image_style()
 
     def _controls(self) -> None:
         time = self._scene.time

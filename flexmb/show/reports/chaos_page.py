@@ -1,7 +1,5 @@
 """Page of a study of a motion: verdict, Poincare section, exponents and their convergence, evidence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,7 +26,13 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
     root, motion = groups[""], groups.get("motion")
     if not root.sizes.get("period", 0):
         raise InputError("report: the study has no section points; its status tells why.")
-    names = _signals(root, motion, signals)
+    # Names of the signals on the page
+    known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
+    if signals is not None:
+        names = html.chosen_signals(signals, known)
+    else:
+        sampled = [] if motion is None else [str(name) for name in motion.data_vars]
+        names = list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
     data: dict[str, Any] = {
         "kind": "chaos",
         "first": int(root["period"].values[0]),
@@ -48,27 +52,15 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
         data["history"] = html.floats(history)
     heading = str(root.attrs["name"]) if title is None else title
     main = _main(root, has_motion=motion is not None)
-    return html.write_page(path, heading, _key_numbers(root), LINKS, main, SCRIPTS, data)
+    verdict = html.tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
+    points = f"{root.sizes['period']} periods of {html.quantity(float(root.attrs['period']), 's')}"
+    text = f", {points} after {root.attrs['skip']} skipped ones"
+    state = html.state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
+    return html.write_page(path, heading, state, LINKS, main, SCRIPTS, data)
 
 
 def _columns(dataset: xr.Dataset, names: Sequence[str]) -> np.ndarray:
     return np.stack([dataset[name].values for name in names], axis=1).astype(float)
-
-
-def _signals(root: xr.Dataset, motion: xr.Dataset | None, signals: Sequence[str] | None) -> list[str]:
-    """Names of the signals on the page."""
-    known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
-    if signals is not None:
-        return html.chosen_signals(signals, known)
-    sampled = [] if motion is None else [str(name) for name in motion.data_vars]
-    return list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
-
-
-def _key_numbers(root: xr.Dataset) -> html.Markup:
-    verdict = html.tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
-    points = f"{root.sizes['period']} periods of {html.quantity(float(root.attrs['period']), 's')}"
-    text = f", {points} after {root.attrs['skip']} skipped ones"
-    return html.state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
 
 
 def _main(root: xr.Dataset, *, has_motion: bool) -> html.Markup:

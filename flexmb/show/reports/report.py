@@ -92,7 +92,6 @@ def _check_mechanism(sol: Solution, mechanism: Mechanism | None) -> None:
     if mechanism is None or not moved or moved == set(mechanism.names):
         return
     others = sorted(moved ^ set(mechanism.names))
-    raise InputError(
-        f"report: {mechanism.label} is not the one that moved in the solution of {sol.name!r}: {', '.join(others[:5])} "
-        "stand in one of them only. Give the mechanism of this run, or none."
-    )
+    text = f"report: {mechanism.label} is not the one that moved in the solution of {sol.name!r}:"
+    text += f" {', '.join(others[:5])} stand in one of them only."
+    raise InputError(f"{text} Give the mechanism of this run, or none.")

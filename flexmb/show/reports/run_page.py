@@ -133,8 +133,7 @@ def joints_with_contacts(sol: Solution) -> list[str]:
     """Names of all joints with contacts, journals in bearings first."""
     named = [name.partition(".")[0] for name in sol.contacts.names]
     named += [name.rpartition(".")[0] for name in sol.names if name.endswith(".ex") and name.count(".") == 1]
-    joints = list(dict.fromkeys(named))
-    return sorted(joints, key=lambda joint: clearance_of(sol, joint) is None)
+    return sorted(dict.fromkeys(named), key=lambda joint: clearance_of(sol, joint) is None)
 
 
 def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
@@ -278,21 +277,13 @@ def energy_section(sol: Solution) -> Markup | None:
     for key, name in names.items():
         first, last = sol.array(name)[[0, -1]]
         rows.append([ENERGIES[key], number(first), number(last), number(sol.peak(name).value)])
-    heads = ["energy", "first", "last", "largest"]
-    made = table(CAPTION, heads, rows, numbers=[1, 2, 3])
+    made = table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3])
     share = None
     if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
         part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
         share = tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
     plot = tag("div", class_="plots", id="energy-plots")
     return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
-
-
-def statistics_section(sol: Solution) -> Markup:
-    """Section of status, facts and notes of a run."""
-    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
-    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
-    return section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics")
 
 
 def settings_section(sol: Solution, frames: int) -> Markup:
@@ -365,6 +356,8 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
     more = tag("div", select, tag("p", hint, class_="hint"), class_="more")
     plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, more, class_="signals")
     names, joints = [name for name in main_signals(sol) if name in sol], joints_with_contacts(sol)
+    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
+    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
     return joined(
         [
             tag("div", moving, plots, class_="stage"),
@@ -373,7 +366,7 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
             if joints
             else None,
             energy_section(sol),
-            statistics_section(sol),
+            section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics"),
             _model_section(sol, description),
             _check_section(examined(mechanism)),
         ]

@@ -65,7 +65,21 @@ def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np
     if len(points) > most:
         rim = np.zeros(len(points), dtype=bool)
         rim[np.concatenate([np.array(loop) for loop in surface.shape.loops])] = True
-        triangles = _stood_for(points, rim, most)[triangles]
+        # Number (n,) of the point that stands for each point
+        low, high = points.min(axis=0), points.max(axis=0)
+        side = float(np.sqrt(np.prod(high - low) / most))
+        while True:
+            squares, of = np.unique(np.floor((points - low) / side).astype(np.int64), axis=0, return_inverse=True)
+            if len(squares) <= most:
+                break
+            side *= WIDER
+        of = of.ravel()
+        counts = np.bincount(of)
+        middle = np.stack([np.bincount(of, points[:, k]) / counts for k in (0, 1)], axis=1)
+        away = np.hypot(*(points - middle[of]).T) + np.where(rim, 0.0, 10.0 * side)
+        order = np.lexsort((away, of))
+        first = order[np.searchsorted(of[order], np.arange(len(squares)))]
+        triangles = np.asarray(first[of])[triangles]
         whole = [triangles[:, k] != triangles[:, j] for k, j in ((0, 1), (1, 2), (2, 0))]
         triangles = triangles[np.logical_and.reduce(whole)]
         triangles = triangles[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]]
@@ -73,24 +87,6 @@ def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np
     number = np.zeros(len(points), dtype=np.int64)
     number[kept] = np.arange(len(kept))
     return kept, number[triangles], [number[loop] for loop in loops]
-
-
-def _stood_for(points: np.ndarray, rim: np.ndarray, most: int) -> np.ndarray:
-    """Number (n,) of the point that stands for each point."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    side = float(np.sqrt(np.prod(high - low) / most))
-    while True:
-        squares, of = np.unique(np.floor((points - low) / side).astype(np.int64), axis=0, return_inverse=True)
-        if len(squares) <= most:
-            break
-        side *= WIDER
-    of = of.ravel()
-    counts = np.bincount(of)
-    middle = np.stack([np.bincount(of, points[:, k]) / counts for k in (0, 1)], axis=1)
-    away = np.hypot(*(points - middle[of]).T) + np.where(rim, 0.0, 10.0 * side)
-    order = np.lexsort((away, of))
-    first = order[np.searchsorted(of[order], np.arange(len(squares)))]
-    return np.asarray(first[of])
 
 
 # Moving mechanism of a page: frames that carry nodes, shapes on these nodes, section forces, joint forces
@@ -282,18 +278,14 @@ def cell(sol: Solution) -> Markup:
             along = np.linspace(sol.time[finite[0]], sol.time[finite[-1]], most)
             frames = np.intersect1d(nearest_instants(sol, along), finite)
         try:
-            made = _framed(sol, frames)
+            # Frame that holds the page of a player, whose scripts reach nothing outside of it
+            drawn = scene(sol, sol.mechanism, frames)
+            data = {"time": instants(sol.time[frames]), "scene": drawn}
+            text = document(sol.name, player(sol, sol.name, fields=fields_of(drawn)), SCRIPTS, data, own=(STYLE, ""))
+            style = f"width: 100%; height: {HEIGHT}px; border: 0"
+            made = tag("iframe", srcdoc=text, sandbox="allow-scripts", title=f"Motion of {sol.name}", style=style)
         except FlexmbError:  # poses that were not saved
             break
         if len(made) <= MOST_SIGNS:
             return made
     return Markup()
-
-
-def _framed(sol: Solution, frames: np.ndarray) -> Markup:
-    """Frame that holds the page of a player, whose scripts reach nothing outside of it."""
-    drawn = scene(sol, sol.mechanism, frames)
-    data = {"time": instants(sol.time[frames]), "scene": drawn}
-    text = document(sol.name, player(sol, sol.name, fields=fields_of(drawn)), SCRIPTS, data, own=(STYLE, ""))
-    style = f"width: 100%; height: {HEIGHT}px; border: 0"
-    return tag("iframe", srcdoc=text, sandbox="allow-scripts", title=f"Motion of {sol.name}", style=style)

@@ -1,7 +1,5 @@
 """Page of a bifurcation diagram: points coloured by verdict, table of all values, links to reports of runs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,20 +23,31 @@ ZOOM = "Drag pans, + and - zoom, 0 or a double click fits."
 
 def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
     """Write the page of a bifurcation diagram; see `flexmb.report`."""
-    names = _signals(diagram, signals)
+    # Names of the signals on the page, that of the first picture first
+    known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
+    if signals is not None:
+        names = html.chosen_signals(signals, known)
+    else:
+        first = default_signal(diagram)
+        names = [first, *(name for name in known if name != first)][:MOST_SIGNALS]
     rows = _rows(diagram, path)
     if not rows:
         raise InputError("report: the diagram has no finished point. Continue it with resume=True.")
     parameter = diagram.attrs["parameter"]
+    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
     data = {
-        "kind": "sweep", "parameter": parameter, "unit": diagram[parameter].attrs.get("units", ""),
+        "kind": "sweep", "parameter": parameter, "unit": unit,
         "unit_of_exponent": diagram["exponent"].attrs.get("units", "1/s") if "exponent" in diagram else "",
-        "values": html.instants(diagram[parameter].values.astype(float)), "rows": rows,
+        "values": html.instants(values.astype(float)), "rows": rows,
         "legend": {row["entry"]: row["colour"] for row in rows if row["entry"]},
         "signals": [_points(diagram, name, rows) for name in names],
     }  # fmt: skip
     heading = str(diagram.attrs["name"]) if title is None else title
-    return html.write_page(path, heading, _key_numbers(diagram, rows), LINKS, _main(diagram, rows), SCRIPTS, data)
+    failed = sum(not row["ok"] for row in rows)
+    span = f"{html.quantity(float(values.min()), unit)} to {html.quantity(float(values.max()), unit)}"
+    text = f"bifurcation diagram: {parameter} from {span}, {len(values)} values, {diagram.sizes['period']} points each"
+    state = html.state_of(f"{failed} failed" if failed else "", html.tag("span", text))
+    return html.write_page(path, heading, state, LINKS, _main(diagram, rows), SCRIPTS, data)
 
 
 LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
@@ -47,15 +56,6 @@ LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
 def point_file(parameter: str, value: float) -> str:
     """Name of the report of the run at a value, beside the page of the diagram, with six digits: "speed-6.28.html"."""
     return f"{parameter}-{value:.6g}.html"
-
-
-def _signals(diagram: xr.Dataset, signals: Sequence[str] | None) -> list[str]:
-    """Names of the signals on the page, that of the first picture first."""
-    known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
-    if signals is not None:
-        return html.chosen_signals(signals, known)
-    first = default_signal(diagram)
-    return [first, *(name for name in known if name != first)][:MOST_SIGNALS]
 
 
 def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
@@ -95,15 +95,6 @@ def _points(diagram: xr.Dataset, name: str, rows: list[dict[str, Any]]) -> dict[
     columns = [values[directions.index(r["direction"]), r["place"]] if directions else values[r["place"]] for r in rows]
     shown = [column if row["ok"] else np.full_like(column, np.nan) for column, row in zip(columns, rows, strict=True)]
     return {"name": name, "unit": diagram[name].attrs.get("units", ""), "points": html.floats(np.stack(shown, axis=1))}
-
-
-def _key_numbers(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
-    parameter = diagram.attrs["parameter"]
-    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
-    failed = sum(not row["ok"] for row in rows)
-    span = f"{html.quantity(float(values.min()), unit)} to {html.quantity(float(values.max()), unit)}"
-    text = f"bifurcation diagram: {parameter} from {span}, {len(values)} values, {diagram.sizes['period']} points each"
-    return html.state_of(f"{failed} failed" if failed else "", html.tag("span", text))
 
 
 def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
