@@ -235,7 +235,8 @@ def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
     """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
     # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
     fields = zip(ElementKernels._fields[: len(OF_JOURNAL)], OF_JOURNAL, strict=True)
-    return ElementKernels(*(rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields))
+    found: list[Any] = [rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields]
+    return ElementKernels(*found)
 
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)
