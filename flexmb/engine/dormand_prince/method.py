@@ -190,22 +190,17 @@ class DormandPrince(Method):
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
-        refuse_jumps(program)
-        return DormandPrinceStepper(program, new_stages(program))
-
-
-def refuse_jumps(program: Program) -> None:
-    """Refuse contacts, whose forces begin and end, and histories, which are of the order of their laws."""
-    label = f"simulate {program.name!r}: DormandPrince is for smooth motion, but"
-    if program.names.contacts:
-        text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
-        raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
-    E, C = program.tables.elements, program.tables.constraints
-    joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
-    for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
-        if z[END] > z[BEGIN]:
-            text = f"{name!r} has a law with a history, which is integrated with its own low order"
+        label = f"simulate {program.name!r}: DormandPrince is for smooth motion, but"
+        if program.names.contacts:
+            text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
             raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
+        E, C = program.tables.elements, program.tables.constraints
+        joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
+        for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
+            if z[END] > z[BEGIN]:
+                text = f"{name!r} has a law with a history, which is integrated with its own low order"
+                raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
+        return DormandPrinceStepper(program, new_stages(program))
 
 
 class DormandPrinceStepper(Stepper):

@@ -127,8 +127,15 @@ def contact_within_step(tables, address, flow, trial, work, R):
 @compiled
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
+    # The start of the step, and the stages for the prediction of the next step.
     t0 = flow.clock.t
-    keep_start(h, flow, R)
+    R.step.start, R.step.size = t0, h
+    keep_state(flow, R.old)
+    copy(flow.a, R.past[0])
+    copy(flow.lam, R.past_lam[AT_START])
+    for stage in range(STAGES):
+        copy(R.A[stage], R.past[stage + 1])
+        copy(R.L[stage], R.past_lam[stage + 1])
     add_works(tables, address, lu, h, options, flow, trial, work, record, R)
     contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
     turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
@@ -151,18 +158,6 @@ def remove_free_components(trial, R):
     for row in range(trial.free_multipliers.shape[0]):
         for stage in range(STAGES):
             remove_along(trial.free_multipliers[row], R.L[stage])
-
-
-@compiled
-def keep_start(h, flow, R):
-    """Store the start of the step, and the stages for the prediction of the next step."""
-    R.step.start, R.step.size = flow.clock.t, h
-    keep_state(flow, R.old)
-    copy(flow.a, R.past[0])
-    copy(flow.lam, R.past_lam[AT_START])
-    for stage in range(STAGES):
-        copy(R.A[stage], R.past[stage + 1])
-        copy(R.L[stage], R.past_lam[stage + 1])
 
 
 @compiled

@@ -475,9 +475,14 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
     system, b = StateEvaluation(program), np.zeros((len(T.q), n + program.n_c))
     b[:, :n] = T.F[:, :n]
+    length = np.where(metric_of(program) == 1.0, program.length, 1.0)
+    fast = max(float(np.abs(flow.v[:n] / length).max()), 1.0)
     for j in range(len(T.q) if program.n_c > 0 else 0):
-        eps = _state_difference(program, flow, j, T)
-        if eps > 0.0:
+        # Part of difference j that moves positions, velocities and numbers by a small part; infinite: it moves none.
+        most = max(float(np.abs(T.q[j, :n] / length).max()), float(np.abs(T.v[j, :n] / length).max()) / fast)
+        least = float(T.by.step[j]) if j < len(T.by.step) else math.inf
+        eps = min(STATE_DIFFERENCE / most if most > 0.0 else math.inf, least)
+        if eps < math.inf:
             find_acceleration_gap(tables, program.addresses, t, eps, *now[:4], j, T, work)
             b[j, n:] = -T.gap
     system.at(flow.q[:n], flow.v[:n], lam=flow.lam, z=flow.z, t=t, weights=(0.0, 0.0, 1.0))
@@ -486,17 +491,6 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     T.x[:] = T.a
     if histories:
         advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
-
-
-def _state_difference(program: Program, flow: Any, j: int, T: Tangents) -> float:
-    """Part of difference j that moves positions, velocities and numbers by a small part; 0: it moves none."""
-    n = program.n_q
-    length = np.where(metric_of(program) == 1.0, program.length, 1.0)
-    fast = max(float(np.abs(flow.v[:n] / length).max()), 1.0)
-    most = max(float(np.abs(T.q[j, :n] / length).max()), float(np.abs(T.v[j, :n] / length).max()) / fast)
-    least = float(T.by.step[j]) if j < len(T.by.step) else math.inf
-    eps = min(STATE_DIFFERENCE / most if most > 0.0 else math.inf, least)
-    return eps if eps < math.inf else 0.0
 
 
 @compiled

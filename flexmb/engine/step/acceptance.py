@@ -55,7 +55,18 @@ def save_instants(tables, address, options, flow, trial, work, record):
     """
     s = save_ends(options, flow, record)
     while s < 1.0:
-        signals_within(tables, address, s, flow, trial, work, record)
+        # All signals at fraction s of the last step, in `record.within`.
+        h, old, new = record.report.size, record.last_signals, record.signals
+        interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
+        t, q, v, a, lam = record.report.start + s * h, trial.q, trial.v, trial.a, trial.lam
+        mean_v, residual = trial.mean_v, trial.newmark_residual
+        evaluate_accepted(tables, address, t, s * h, q, v, a, lam, record.last_z, mean_v, residual, work)
+        report_forces(tables, lam, work)
+        y, energy, power = record.within, tables.sizes.energy, work.power
+        write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, y)
+        y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
+        for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
+            y[k] = (1.0 - s) * old[k] + s * new[k]
         s = save_within(record.within, options, flow, record)
     return buffer_code(record)
 
@@ -67,8 +78,10 @@ def save_ends(options, flow, record):
         save_row(record.signals, flow.clock.t, record)
         return 1.0
     step = record.report
-    while is_due(options, flow, record):
+    while record.count.rows < record.times.shape[0]:
         due = next_due(options, flow, record)
+        if due > flow.clock.t + 1e-9 * options.save_interval:
+            return 1.0
         s = (due - step.start) / step.size
         if s < END_OF_STEP:
             return s
@@ -101,22 +114,6 @@ def save_row(signals, instant, record):
 def buffer_code(record):
     """BUFFER_FULL if the buffer of saved instants is full, else RUNNING."""
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
-
-
-@compiled
-def signals_within(tables, address, s, flow, trial, work, record):
-    """All signals at fraction s of the last step, in `record.within`."""
-    h, old, new = record.report.size, record.last_signals, record.signals
-    interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
-    t, q, v, a, lam = record.report.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    mean_v, residual = trial.mean_v, trial.newmark_residual
-    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, record.last_z, mean_v, residual, work)
-    report_forces(tables, trial.lam, work)
-    write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, record.within)
-    y, energy, power = record.within, tables.sizes.energy, work.power
-    y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
-    for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
-        y[k] = (1.0 - s) * old[k] + s * new[k]
 
 
 @compiled
@@ -165,13 +162,6 @@ def end_is_saved(options, flow, record):
     return passed > flow.clock.saved_instants and last - step.start >= END_OF_STEP * step.size
 
 
-@compiled
-def is_due(options, flow, record):
-    """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
-    passed = next_due(options, flow, record) <= flow.clock.t + 1e-9 * options.save_interval
-    return passed and record.count.rows < record.times.shape[0]
-
-
 # Poses of accepted steps, which a run keeps for its watch (`flexmb.engine.state.record`)
 @compiled
 def watch_step(strain, flow, record):
@@ -191,7 +181,13 @@ def watch_step(strain, flow, record):
     if number.wait > 0:
         return
     if number.count == last:
-        _thin(poses)
+        # Every second pose, at twice the distance.
+        number.count //= 2
+        number.stride *= 2
+        for k in range(1, number.count):
+            poses.times[k], poses.sizes[k] = poses.times[2 * k], poses.sizes[2 * k]
+            copy(poses.values[2 * k], poses.values[k])
+            copy(poses.z[2 * k], poses.z[k])
     _keep(number.count, t, flow, record)
     number.count += 1
     number.wait = number.stride
@@ -204,17 +200,6 @@ def _keep(row, t, flow, record):
     poses.times[row], poses.sizes[row] = t, record.report.size
     copy(record.signals, poses.values[row])
     copy(flow.z, poses.z[row])
-
-
-@compiled
-def _thin(poses):
-    """Every second pose, at twice the distance."""
-    poses.number.count //= 2
-    poses.number.stride *= 2
-    for k in range(1, poses.number.count):
-        poses.times[k], poses.sizes[k] = poses.times[2 * k], poses.sizes[2 * k]
-        copy(poses.values[2 * k], poses.values[k])
-        copy(poses.z[2 * k], poses.z[k])
 
 
 @compiled

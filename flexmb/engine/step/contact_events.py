@@ -197,7 +197,10 @@ def planned_step(tables, address, options, flow, trial, work):
         if step == 0.0 or slow:
             if step == 0.0 and rate < 0.0:
                 arrival = min(arrival, -gap / rate)
-            h = min(h, step_of_approach(arrival, gap, slow, options))
+            if gap > NEAR_GAP * options.length:
+                h = min(h, (1.0 - LEFT_BEFORE_ONSET) * arrival)
+            elif not slow:  # the impact is resolved, but not known from one before
+                h = min(h, 2.0 * arrival)
         elif arrival > ONSET_TOLERANCE * step:
             h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival))
         else:
@@ -205,14 +208,6 @@ def planned_step(tables, address, options, flow, trial, work):
             probe = max(PROBE_FRACTION * trial.control.impact_steps, 1.0) * step
             h = min(h, step_across_jump(arrival, step) if flow.impacts[c, FORCE_JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
-
-
-@compiled
-def step_of_approach(arrival, gap, slow, options):
-    """Largest step towards an onset whose impact is not known from one before, or too slow to be resolved [s]."""
-    if gap > NEAR_GAP * options.length:
-        return (1.0 - LEFT_BEFORE_ONSET) * arrival
-    return math.inf if slow else 2.0 * arrival
 
 
 @compiled

@@ -46,7 +46,13 @@ def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
             work.r[dofs[i]] = a[dofs[i]] - (work.law[i] if i < n_x else 0.0)
         if matrix:
             differentiate_law(tables, address, c, t, q, v, kq, kv, work)
-            add_state_tangents(tables, c, ka, work)
+            # Derivatives of the residuals of the states.
+            n = C.dof[c + 1] - C.dof[c]
+            positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
+            for i in range(threes(n_x)):
+                work.lu[positions[i * n + i]] += ka
+                for j in range(n if i < n_x else 0):
+                    work.lu[positions[i * n + j]] -= work.law_tangent[i * n + j]
 
 
 @compiled
@@ -195,18 +201,6 @@ def add_column(rows, n, place, factor, work):
     """Add factor times work.law_column to a column of work.law_tangent (rows, n)."""
     for i in range(rows):
         work.law_tangent[i * n + place] += factor * work.law_column[i]
-
-
-@compiled
-def add_state_tangents(tables, c, ka, work):
-    """Add the derivatives of the residuals of the states of control c to work.lu."""
-    C = tables.controls
-    n, n_x = C.dof[c + 1] - C.dof[c], C.states[c]
-    positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
-    for i in range(threes(n_x)):
-        work.lu[positions[i * n + i]] += ka
-        for j in range(n if i < n_x else 0):
-            work.lu[positions[i * n + j]] -= work.law_tangent[i * n + j]
 
 
 @compiled

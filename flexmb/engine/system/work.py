@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
-from flexmb.program.program import Controls, Program
+from flexmb.program.program import Program
 
 # Templates of records of zeros, remembered for each structure of programs
 
@@ -114,17 +114,21 @@ def workspace(program: Program) -> Work:
 def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
     n = max(sizes.most_dofs, 6)
-    E, C = program.tables.elements, program.tables.constraints
+    E, C, controls = program.tables.elements, program.tables.constraints, program.tables.controls
     square = max(6, *(int(np.diff(dof).max(initial=0)) for dof in (E.dof, C.dof))) ** 2  # signals have no matrices
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    controls = ("output", "slope", "u", "x", "law", "law_column", "law_tangent")
+    inputs, outputs, dofs = (np.diff(x) for x in (controls.input, controls.output, controls.dof))
+    rows = controls.states + outputs
+    of_controls = {"u": inputs, "x": controls.states, "law": rows, "law_column": rows, "law_tangent": rows * dofs}
     return Work(
         **dict.fromkeys(("r", "Gl", "momentum"), sizes.n_q + 3),
         **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
         **dict.fromkeys(("z_new", "z_between"), sizes.n_z),
         **dict.fromkeys(("ql", "vl", "al", "rl", "yl", "Mvl", "Myl"), n),
         **dict.fromkeys(("Kl", "Cl", "Ml"), square),
-        **dict(zip(controls, _sizes_of_controls(program.tables.controls), strict=True)),
+        **{name: int(each.max(initial=0)) for name, each in of_controls.items()},
+        output=int(controls.output[-1]),
+        slope=int(controls.slope[-1]),
         lu=program.symbolic.size,
         contact=(n_k, GAP_SIZE + 2),
         drive=(sizes.n_c, 4),
@@ -140,14 +144,6 @@ def _new_workspace(program: Program) -> Work:
         loss=(n_k, 16),
         gap=GAP_SIZE,
     )
-
-
-def _sizes_of_controls(controls: Controls) -> tuple[int, ...]:
-    """Lengths of the arrays of controls: outputs, slopes, inputs, states, rates with outputs (twice), tangents."""
-    inputs, outputs, dofs = (np.diff(x) for x in (controls.input, controls.output, controls.dof))
-    rows = controls.states + outputs
-    most = [int(x.max(initial=0)) for x in (inputs, controls.states, rows, rows, rows * dofs)]
-    return int(controls.output[-1]), int(controls.slope[-1]), *most
 
 
 def load_forces(program: Program) -> int:
