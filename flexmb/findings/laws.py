@@ -187,12 +187,11 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
     seen: set[object] = set()
     for part in mechanism.parts:
         for contribution, light in zip(part.contributions(mechanism), part.contributions(bare), strict=True):
-            key = signature_of(contribution)
-            if key in seen or part.name in known:
+            kernels = kernels_of(contribution)
+            key = tuple(kernel.name for kernel in kernels), contribution.p
+            if key in seen or part.name in known or all(map(is_ours, kernels)):
                 continue
             seen.add(key)
-            if all(is_ours(kernel) for kernel in kernels_of(contribution)):
-                continue
             try:
                 check_piece(Bench(mechanism, part, 0), contribution, light)
             except KernelError as error:
@@ -200,14 +199,6 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
                 findings.append(found("broken-kernel", (part.name,), str(error), remedy))
                 break
     return findings
-
-
-def signature_of(contribution: Contribution) -> object:
-    """Kernels of a contribution; and its parameters where a kernel is not flexmb's own."""
-    kernels = kernels_of(contribution)
-    if all(is_ours(kernel) for kernel in kernels):
-        return tuple(kernel.name for kernel in kernels)
-    return tuple(kernel.name for kernel in kernels), contribution.p
 
 
 def kernels_of(contribution: Contribution) -> list[Kernel]:

@@ -235,8 +235,13 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
         text = f"At {body!r} a stiffness of {largest:.3g} N/m turns the round-off of its coordinates into {lost:.2g} N"
         text = f"{text}; all loads, weights and inertia together have some {load:.2g} N."
         return [found("stiffness-ratio", (body,), text, remedy, stiffness=largest, round_off=lost, load=load)]
-    slow = resolved_modes(program, q, bare) if bare is not None else []
-    if bare is None or not slow:
+    if bare is None:
+        return []
+    # Elastic modes with more energy than the round-off of their shapes.
+    sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
+    least, energy = stiffest * (ROUND_OFF * sizes) ** 2, np.abs(bare.eigenvalues) ** 2
+    slow = [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > least[k]]
+    if not slow:
         return []
     M = _diagonal(program, q, mass=True)[:n]
     squares = _diagonal(program, q)[:n][M > 0.0] / M[M > 0.0]
@@ -247,14 +252,6 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
     text = f"{text} the stiffness at {body!r} some {fastest / (2.0 * math.pi):.3g} Hz: the ratio of their squares is"
     text = f"{text} beyond the 16 digits of floats."
     return [found("stiffness-ratio", (body,), text, remedy, slowest=slowest, fastest=fastest)]
-
-
-def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
-    """Numbers of the elastic modes at a pose (n_q,) with more energy than the round-off of their shapes."""
-    sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
-    least = stiffest * (ROUND_OFF * sizes) ** 2
-    energy = np.abs(bare.eigenvalues) ** 2
-    return [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > least[k]]
 
 
 def _diagonal(program: Program, q: np.ndarray, *, mass: bool = False) -> np.ndarray:

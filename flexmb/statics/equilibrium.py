@@ -62,17 +62,13 @@ def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
         dofs, out = K.dofs[6 * k : 6 * k + 6], system.work.contact[k, :GAP_SIZE]
         jacobians(out, rows)
         growth = system.work.slopes[k, N_BY_GAP] * float(rows[at.NORMAL] @ moved[dofs])
-        found[np.ix_(dofs, dofs)] -= growth * _normal_slopes(out)
+        # Derivatives of J_n by the coordinates; rows are entries of J_n.
+        nx, ny, ax, ay, bx, by = out[[at.NORMAL_X, at.NORMAL_Y, at.ARM1_X, at.ARM1_Y, at.ARM2_X, at.ARM2_Y]]
+        first = (at.NORMAL_X_Q, at.NORMAL_Y_Q, at.ARM1_X_Q, at.ARM1_Y_Q, at.ARM2_X_Q, at.ARM2_Y_Q)
+        x, y, axq, ayq, bxq, byq = (out[place : place + 6] for place in first)
+        turn1, turn2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by + ny * bxq - nx * byq
+        found[np.ix_(dofs, dofs)] -= growth * np.stack([x, y, turn1, -x, -y, -turn2])
     return found[:n, :n].tocsc()
-
-
-def _normal_slopes(out: np.ndarray) -> np.ndarray:
-    """Derivatives of J_n (6, 6) by the coordinates; rows are entries of J_n."""
-    nx, ny, ax, ay, bx, by = out[[at.NORMAL_X, at.NORMAL_Y, at.ARM1_X, at.ARM1_Y, at.ARM2_X, at.ARM2_Y]]
-    first = (at.NORMAL_X_Q, at.NORMAL_Y_Q, at.ARM1_X_Q, at.ARM1_Y_Q, at.ARM2_X_Q, at.ARM2_Y_Q)
-    x, y, axq, ayq, bxq, byq = (out[place : place + 6] for place in first)
-    turn1, turn2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by + ny * bxq - nx * byq
-    return np.stack([x, y, turn1, -x, -y, -turn2])
 
 
 # Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums
@@ -94,8 +90,13 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     spin.at(system, q)
     forces = float(np.abs(system.force * size).max(initial=0.0))
-    lam = least_multipliers(system.jacobian, system.force)
-    unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
+    # Multipliers of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular.
+    G, none = system.jacobian, np.zeros(program.n_c)
+    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
+    bordered = sp.block_array([[sp.eye_array(n), G.T @ scale], [scale @ G, -INDEPENDENCE * sp.eye_array(len(none))]])
+    lam = np.asarray(scale @ splu(bordered.tocsc()).solve(np.append(-system.force, none))[n:])
+    unbalanced = float(np.abs((system.force + G.T @ lam) * size).max(initial=0.0))
     system.at(q, weights=(1.0, 0.0, 0.0))
     stiffest = float((abs(system.block()) @ size * size).max(initial=0.0))
     if unbalanced <= max(1e-12 * forces, ROUND_OFF * stiffest):
@@ -116,16 +117,6 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
             return q, lam
         eta = max(eta / 3.0, 1e-14 * unit)
     return None
-
-
-def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
-    """Multipliers (n_c,) of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular."""
-    m, n = G.shape
-    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
-    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
-    rows = scale @ G
-    bordered = sp.block_array([[sp.eye_array(n), rows.T], [rows, -INDEPENDENCE * sp.eye_array(m)]]).tocsc()
-    return np.asarray(scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:])
 
 
 def _stride(
@@ -239,7 +230,16 @@ def at_rest(
     q = np.array(program.reference.q)
     free = unresisted(program, system, q)
     if free:
-        return _held_by_loads(program, system, q, full, free)
+        # Loads alone resist some motions.
+        found = relax(program, system, q, full)
+        if found is None:
+            check_independent(program, np.array(program.reference.q))
+            raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
+        q, lam = found
+        exact = _newton(program, system, q, lam, np.zeros(program.n_q), full)
+        if exact is None or unresisted(program, system, *exact[:2]):
+            raise SolveError(_free_motion_error(program, free))
+        return exact[:3]
     return _grow_loads(mechanism, program, system, q, load_steps, full)
 
 
@@ -282,21 +282,6 @@ def _grow_loads(
         stride *= 2.0 if bend <= 0.5 * FOLLOWED else 1.0
     system.program = program  # tangents at the start of the last step had a part of the follower loads
     return q, lam, total
-
-
-def _held_by_loads(
-    program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin, free: str
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations of an equilibrium in which loads alone resist some motions."""
-    found = relax(program, system, q, spin)
-    if found is None:
-        check_independent(program, np.array(program.reference.q))
-        raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
-    q, lam = found
-    exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
-    if exact is None or unresisted(program, system, *exact[:2]):
-        raise SolveError(_free_motion_error(program, free))
-    return exact[:3]
 
 
 def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
