@@ -139,16 +139,8 @@ class Chords:
             chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
             if min(chords) < math.inf:
                 self.pieces.append((motion, edges[1:-1], chords))
-        self.findings: tuple[Finding, ...] = ()
-        if isinstance(run.step, FixedStep):
-            self.findings = tuple(self._coarse(run.program.name, run.step.size))
-
-    def longest(self, t: float) -> float:
-        """Longest step about the instant t [s]; inf: any."""
-        return min((chords[bisect(edges, t)] for _, edges, chords in self.pieces), default=math.inf)
-
-    def _coarse(self, name: str, h: float) -> Iterator[Finding]:
-        """Findings on a fixed step h [s] that hardly sees a motion."""
+        self.findings: list[Finding] = []
+        h = run.step.size if isinstance(run.step, FixedStep) else 0.0
         for motion, _, chords in self.pieces:
             cycle = CHORDS_OF_A_SINE * min(chords)
             if h <= cycle / LEAST_CLEAR * (1.0 - 1e-9):
@@ -157,8 +149,13 @@ class Chords:
             text = f"fixed step of {h:.3g} s is {h / cycle:.2g} cycles of {what}, whose shortest lasts {cycle:.3g} s"
             remedy = f"Take steps of {min(chords):.2g} s, or Adaptive()."
             if h * LEAST_SEEN >= cycle * (1.0 - 1e-9):
-                raise InputError(f"simulate {name!r}: a {text}: the steps see another motion. {remedy}")
-            yield found("coarse-step", (), f"A {text}: few steps see the motion.", remedy, step=h, cycle=cycle)
+                raise InputError(f"simulate {run.program.name!r}: a {text}: the steps see another motion. {remedy}")
+            text = f"A {text}: few steps see the motion."
+            self.findings.append(found("coarse-step", (), text, remedy, step=h, cycle=cycle))
+
+    def longest(self, t: float) -> float:
+        """Longest step about the instant t [s]; inf: any."""
+        return min((chords[bisect(edges, t)] for _, edges, chords in self.pieces), default=math.inf)
 
 
 def passed_contacts(run: Run) -> Iterator[Finding]:
