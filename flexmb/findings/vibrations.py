@@ -128,20 +128,11 @@ class Looked:
         program, even = run.program, motion.even
         rows, first = _rows(program, motion.times, np.flatnonzero(even))
         return Looked(
-            program,
-            run.method,
-            begun,
-            float(run.flow.clock.t) - begun,
-            int(run.record.count.steps),
-            motion.fixed_step,
-            motion.times[rows],
-            motion.values[rows, : 3 * program.n_q].reshape(len(rows), 3, program.n_q),
-            motion.z[rows],
-            first,
-            motion.sizes[even],
-            program.closed_contacts(motion.z[even]),
+            program, run.method, begun, float(run.flow.clock.t) - begun, int(run.record.count.steps), motion.fixed_step,
+            motion.times[rows], motion.values[rows, : 3 * program.n_q].reshape(len(rows), 3, program.n_q),
+            motion.z[rows], first, motion.sizes[even], program.closed_contacts(motion.z[even]),
             run.flow.largest_states.copy(),
-        )
+        )  # fmt: skip
 
     def states(self, rows: Iterable[int]) -> list[State]:
         """States of some rows."""

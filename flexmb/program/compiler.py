@@ -285,23 +285,14 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
     motions = [*[row.motion for row in driven], *[e.factor for e in contributions.elements], *inputs]
     names = replace(structure.names, bodies=tuple(body.name for body in mechanism.bodies), aliases=others)
     return Program(
-        mechanism.name,
-        structure.tables.replaced(p=p),
-        structure.kernels,
-        structure.symbolic,
-        reference_configuration(mechanism, number, z),
-        names,
-        shapes,
-        tuple(period_of(row) for row in driven),
-        structure.drives,
-        number.extent,
-        min((c.p[0] or math.inf for c in contributions.contacts), default=None),
-        tuple([motion for motion in motions if motion is not None]),
-        tuple(c.normal for c in contributions.contacts),
+        mechanism.name, structure.tables.replaced(p=p), structure.kernels, structure.symbolic,
+        reference_configuration(mechanism, number, z), names, shapes, tuple(period_of(row) for row in driven),
+        structure.drives, number.extent, min((c.p[0] or math.inf for c in contributions.contacts), default=None),
+        tuple([motion for motion in motions if motion is not None]), tuple(c.normal for c in contributions.contacts),
         samplers(declared, contributions.controls, structure.tables.controls.z, names),
         tuple(c.part for c in contributions.controls),
         tuple(number.dofs(state_coordinates(c))[k] for c in declared if c.sample is None for k in c.settled),
-    )
+    )  # fmt: skip
 
 
 def period_of(row: RowMotion) -> float | None:

@@ -201,18 +201,10 @@ class Run:
     """One run of a program; see `simulate` for the arguments."""
 
     def __init__(
-        self,
-        program: Program,
-        method: Method,
-        step: FixedStep | Adaptive,
-        t_end: float,
-        period: float | None,
-        *,
-        mechanism: Mechanism | None = None,
-        max_steps: int | None = None,
-        progress: bool = False,
+        self, program: Program, method: Method, step: FixedStep | Adaptive, t_end: float, period: float | None, *,
+        mechanism: Mechanism | None = None, max_steps: int | None = None, progress: bool = False,
         kept: np.ndarray | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.method, self.step, self.stepper = method, step, method.stepper(program, mechanism)
         self.mechanism = mechanism
         self.program = program = self.stepper.program
@@ -422,20 +414,12 @@ class Run:
     def options(self, end: float, saving: float) -> Options:
         """Options of the compiled loop for a run until `end` that saves every `saving` [s]."""
         return Options(
-            self.stepper.regular,
-            self.stepper.first,
-            self.stepper.form,
-            NEWTON_TOLERANCE,
-            NEWTON_ITERATIONS,
-            float(self.program.length),
-            FARTHEST_LEAP * self.program.shortest,
-            isinstance(self.step, Adaptive),
-            float(self.error),
-            max(float(self.h_min), least_step(end)),
-            min(float(self.h_max), self.chords.longest(0.5 * (float(self.flow.clock.t) + end))),
-            float(end),
+            self.stepper.regular, self.stepper.first, self.stepper.form, NEWTON_TOLERANCE, NEWTON_ITERATIONS,
+            float(self.program.length), FARTHEST_LEAP * self.program.shortest, isinstance(self.step, Adaptive),
+            float(self.error), max(float(self.h_min), least_step(end)),
+            min(float(self.h_max), self.chords.longest(0.5 * (float(self.flow.clock.t) + end))), float(end),
             float(saving),
-        )
+        )  # fmt: skip
 
     def _fetch_buffer(self) -> None:
         if self.record.count.episodes:
@@ -455,13 +439,9 @@ class Run:
             self._fetch_buffer()
 
     def solution(
-        self,
-        model: dict[str, Any],
-        *,
-        findings: Sequence[Finding] = (),
-        late: LateFindings | None = None,
+        self, model: dict[str, Any], *, findings: Sequence[Finding] = (), late: LateFindings | None = None,
         wall_time: float = 0.0,
-    ) -> Solution:
+    ) -> Solution:  # fmt: skip
         """Solution of the run so far, with findings, later findings, and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
         faults, status = sentences(findings, errors=True), self.status()

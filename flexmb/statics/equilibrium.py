@@ -120,13 +120,9 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
 
 
 def _stride(
-    program: Program,
-    system: StateEvaluation,
-    start: tuple[np.ndarray, np.ndarray],
-    viscosity: np.ndarray,
-    diagonal: np.ndarray,
-    spin: Spin,
-) -> tuple[np.ndarray, np.ndarray] | None:
+    program: Program, system: StateEvaluation, start: tuple[np.ndarray, np.ndarray], viscosity: np.ndarray,
+    diagonal: np.ndarray, spin: Spin,
+) -> tuple[np.ndarray, np.ndarray] | None:  # fmt: skip
     """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
     n, size = program.n_q, program.sizes
     first = start[0]
@@ -301,14 +297,9 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
 
 
 def _newton(
-    program: Program,
-    system: StateEvaluation,
-    q: np.ndarray,
-    lam: np.ndarray,
-    held: np.ndarray,
-    spin: Spin,
+    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin,
     most: int = MOST_ITERATIONS,
-) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:
+) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:  # fmt: skip
     """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, np.zeros(0)
     q, lam, size = q.copy(), lam.copy(), program.sizes
@@ -331,13 +322,9 @@ def _newton(
 
 
 def _against_tangents(
-    program: Program,
-    system: StateEvaluation,
-    q: np.ndarray,
-    found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
-    held: np.ndarray,
-    spin: Spin,
-) -> tuple[float, float, float]:
+    program: Program, system: StateEvaluation, q: np.ndarray, found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
+    held: np.ndarray, spin: Spin,
+) -> tuple[float, float, float]:  # fmt: skip
     """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through."""
     # The system is evaluated at the start of the step. Towards a limit point the distances by the tangents grow; only a
     # snap-through is longer than both. Where a stop begins to carry, or ceases to, it is judged by the longer one.

@@ -45,12 +45,9 @@ class Spin:
         return v.ravel(), a.ravel()
 
     def at(
-        self,
-        system: StateEvaluation,
-        q: np.ndarray,
-        lam: np.ndarray | None = None,
+        self, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None,
         weights: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    ) -> StateEvaluation:
+    ) -> StateEvaluation:  # fmt: skip
         """Evaluate a program that turns with the frame."""
         return system.at(q, *self.motion(q), lam, weights=weights)
 

@@ -377,14 +377,8 @@ class CompiledMotion:
         self._has_kernels()
         method, n = scipy.integrate.DOP853, ode.size
         self._record = Motion(
-            *(0.0,) * 8,
-            signal=-1,
-            has_wall=len(self.functions) > 1,
-            p=sum(map(len, self._numbers)),
-            **dict.fromkeys(("x", "y", "z", "before"), n),
-            K=(STAGES + 1, n),
-            weights=np.vstack([method.A, method.B]),
-            instants=np.append(method.C, 1.0),
-            errors=np.array([method.E5, method.E3]),
-        )
+            *(0.0,) * 8, signal=-1, has_wall=len(self.functions) > 1, p=sum(map(len, self._numbers)),
+            **dict.fromkeys(("x", "y", "z", "before"), n), K=(STAGES + 1, n), weights=np.vstack([method.A, method.B]),
+            instants=np.append(method.C, 1.0), errors=np.array([method.E5, method.E3]),
+        )  # fmt: skip
         return self._record

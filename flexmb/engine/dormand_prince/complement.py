@@ -220,16 +220,11 @@ def _of_pattern(program: Program, *, usable: bool) -> Complement:
         at = pattern.positions(low, high)
         positions.append(np.where((c == d) & (place[i] > place[j]), pattern.dummy, at).ravel())
     return Complement(
-        usable=int(usable),
-        lu=tables(pattern),
-        values=pattern.size,
+        usable=int(usable), lu=tables(pattern), values=pattern.size,
         pairs=np.array(table, dtype=np.int64).reshape(-1, POSITION + 1),
-        common=np.array(shared, dtype=np.int64).ravel(),
-        positions=np.concatenate(positions),
-        flexibility=n + 3,
-        **dict.fromkeys(("rhs", "x", "y", "scratch", "seen"), m),
-        pair=2 * m,
-    )
+        common=np.array(shared, dtype=np.int64).ravel(), positions=np.concatenate(positions), flexibility=n + 3,
+        **dict.fromkeys(("rhs", "x", "y", "scratch", "seen"), m), pair=2 * m,
+    )  # fmt: skip
 
 
 def _pairs(C: Constraints, n: int) -> Iterator[tuple[int, int, list[tuple[int, int, int]]]]:

@@ -229,11 +229,8 @@ def _rate_derivatives(out, v, by):
     for j in range(6):
         x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
         axq, ayq, bxq, byq = (
-            out[places.ARM1_X_Q + j],
-            out[places.ARM1_Y_Q + j],
-            out[places.ARM2_X_Q + j],
-            out[places.ARM2_Y_Q + j],
-        )
+            out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j], out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j],
+        )  # fmt: skip
         arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
         by[places.NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
         along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq

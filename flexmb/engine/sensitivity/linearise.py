@@ -127,28 +127,13 @@ def new_tangents(
     vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "zp"), n_z)
     vectors |= dict.fromkeys(("r", "f", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
     return Tangents(
-        **rows,
-        **vectors,
-        step=CarriedStep(0.0, 0.0, 0.0),
-        control=control_slopes(program),
+        **rows, **vectors, step=CarriedStep(0.0, 0.0, 0.0), control=control_slopes(program),
         by=parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
-        rows=signal_rows(program, 0) if signals is None else signals,
-        u=(k, total),
-        moved=(k, program.n_q),
-        gap=m,
-        entries=_entries(program),
-        D=tables.elements.pos[-1],
-        W=tables.constraints.pos_g[-1],
-        slip_direction=(n_g, 6),
-        local=(2, mean),
-        own=(k, 4),
-        g=(3, m),
-        start=state_vectors(program),
-        moving=(2, m),
-        closing=np.zeros(n_k, dtype=np.int64),
-        turn=(n_k + n_g, 4),
-        turned=(k, n_k + n_g),
-    )
+        rows=signal_rows(program, 0) if signals is None else signals, u=(k, total), moved=(k, program.n_q), gap=m,
+        entries=_entries(program), D=tables.elements.pos[-1], W=tables.constraints.pos_g[-1], slip_direction=(n_g, 6),
+        local=(2, mean), own=(k, 4), g=(3, m), start=state_vectors(program), moving=(2, m),
+        closing=np.zeros(n_k, dtype=np.int64), turn=(n_k + n_g, 4), turned=(k, n_k + n_g),
+    )  # fmt: skip
 
 
 def _entries(program: Program) -> np.ndarray:
@@ -410,17 +395,10 @@ def _add_jacobian(tables, address, c, t, eps, factor, q, v, lam, T, work):
         work.Kl[i] = 0.0
     T.g[:, :] = 0.0
     constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
-        t,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(lam, begin, end),
-        T.g[RESIDUAL, begin:end],
-        matrix_view(work.Cl, m, n),
-        T.g[RATE, begin:end],
-        T.g[RIGHT_SIDE, begin:end],
-        matrix_view(work.Kl, n, n),
-    )
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n),
+        part_of(lam, begin, end), T.g[RESIDUAL, begin:end], matrix_view(work.Cl, m, n), T.g[RATE, begin:end],
+        T.g[RIGHT_SIDE, begin:end], matrix_view(work.Kl, n, n),
+    )  # fmt: skip
     for i in range(m * n):
         T.W[place + i] += factor * work.Cl[i]
 

@@ -188,17 +188,9 @@ def sampled_inputs(program: Program) -> np.ndarray:
 
 
 def act_differences(
-    program: Program,
-    instant: float,
-    y: np.ndarray,
-    z: np.ndarray,
-    dy: np.ndarray,
-    dz: np.ndarray,
-    sizes: np.ndarray,
-    moved: Sequence[Moved],
-    *,
-    every: bool,
-) -> np.ndarray:
+    program: Program, instant: float, y: np.ndarray, z: np.ndarray, dy: np.ndarray, dz: np.ndarray, sizes: np.ndarray,
+    moved: Sequence[Moved], *, every: bool,
+) -> np.ndarray:  # fmt: skip
     """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11)."""
 
     # y, z: signals and histories just before;  dy, dz: their differences (k, n_y) and (k, n_z);  sizes: (n_y,) largest
@@ -250,17 +242,13 @@ def parameter_rates(program: Program, directions: np.ndarray, step: np.ndarray) 
     pieces = [list(_pieces(tables, set(places.tolist()))) for places in moved]
     listed = [piece for own in pieces for piece in own]
     return ParameterRates(
-        varied=tables.replaced(p=np.array(tables.p)),
-        step=step,
+        varied=tables.replaced(p=np.array(tables.p)), step=step,
         number=np.concatenate([*moved, np.zeros(0)]).astype(np.int64),
         rate=np.concatenate([*(row[own] for row, own in zip(directions, moved, strict=True)), np.zeros(0)]),
-        first=np.cumsum([0, *map(len, moved)]).astype(np.int64),
-        pieces=np.array(listed, dtype=np.int64).reshape(-1, 2),
-        piece=np.cumsum([0, *map(len, pieces)]).astype(np.int64),
-        g=(k, n_c),
-        gv=(k, n_c),
+        first=np.cumsum([0, *map(len, moved)]).astype(np.int64), pieces=np.array(listed, dtype=np.int64).reshape(-1, 2),
+        piece=np.cumsum([0, *map(len, pieces)]).astype(np.int64), g=(k, n_c), gv=(k, n_c),
         contact=(3 * k, len(tables.contacts.kernel)),
-    )
+    )  # fmt: skip
 
 
 def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:

@@ -137,17 +137,11 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]
     constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
-        t,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(lam, begin, end),
-        part_of(work.g, begin, end),
-        matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n),
-        part_of(work.gv, begin, end),
-        part_of(work.gamma, begin, end),
-        matrix_view(work.Kl, n, n),
-    )
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n),
+        part_of(lam, begin, end), part_of(work.g, begin, end),
+        matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n), part_of(work.gv, begin, end),
+        part_of(work.gamma, begin, end), matrix_view(work.Kl, n, n),
+    )  # fmt: skip
     for k in range(begin, end):
         if C.motion[k] < 0:
             continue

@@ -109,12 +109,9 @@ def measured(tables, address, j, t, q, v, i, dq, dv, work):
         work.ql[i] += dq
         work.vl[i] += dv
     return signal_at(address.signal, C.source[j, at.SOURCE_NUMBER])(
-        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]),
-        t,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-    )
+        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t, part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n), part_of(work.al, 0, n),
+    )  # fmt: skip
 
 
 @compiled
@@ -125,13 +122,9 @@ def call_law(tables, address, c, t, work):
     for i in range(n_x + n_y):
         work.law[i] = 0.0
     control_at(address.control, C.kernel[c])(
-        part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]),
-        t,
-        part_of(work.u, 0, C.input[c + 1] - C.input[c]),
-        part_of(work.x, 0, n_x),
-        part_of(work.law, 0, n_x),
-        part_of(work.law, n_x, n_x + n_y),
-    )
+        part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]), t, part_of(work.u, 0, C.input[c + 1] - C.input[c]),
+        part_of(work.x, 0, n_x), part_of(work.law, 0, n_x), part_of(work.law, n_x, n_x + n_y),
+    )  # fmt: skip
 
 
 @compiled

@@ -42,16 +42,9 @@ class StateEvaluation:
         return (KeptFactors if self._pattern.n > LARGE_UNKNOWNS else PivotingSolver)(self._pattern)
 
     def at(
-        self,
-        q: Vector,
-        v: Vector | None = None,
-        a: Vector | None = None,
-        lam: Vector | None = None,
-        *,
-        t: float = 0.0,
-        z: Vector | None = None,
-        weights: Vector = (0.0, 0.0, 0.0),
-    ) -> StateEvaluation:
+        self, q: Vector, v: Vector | None = None, a: Vector | None = None, lam: Vector | None = None, *, t: float = 0.0,
+        z: Vector | None = None, weights: Vector = (0.0, 0.0, 0.0),
+    ) -> StateEvaluation:  # fmt: skip
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix."""
         # The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
         n, m = self.program.n_q, self.program.n_c

@@ -121,29 +121,15 @@ def _new_workspace(program: Program) -> Work:
     rows = controls.states + outputs
     of_controls = {"u": inputs, "x": controls.states, "law": rows, "law_column": rows, "law_tangent": rows * dofs}
     return Work(
-        **dict.fromkeys(("r", "Gl", "momentum"), sizes.n_q + 3),
-        **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
+        **dict.fromkeys(("r", "Gl", "momentum"), sizes.n_q + 3), **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
         **dict.fromkeys(("z_new", "z_between"), sizes.n_z),
-        **dict.fromkeys(("ql", "vl", "al", "rl", "yl", "Mvl", "Myl"), n),
-        **dict.fromkeys(("Kl", "Cl", "Ml"), square),
-        **{name: int(each.max(initial=0)) for name, each in of_controls.items()},
-        output=int(controls.output[-1]),
-        slope=int(controls.slope[-1]),
-        lu=program.symbolic.size,
-        contact=(n_k, GAP_SIZE + 2),
-        drive=(sizes.n_c, 4),
-        joint=(n_g, 4),
-        power=Powers.zeros(),
-        G=C.pos_g[-1],
-        contact_scratch=(2, 6),
-        joint_friction=(n_g, 2),
-        joint_friction_out=JOINT_FRICTION_SIZE,
-        joint_friction_curve=(6, 6),
-        slopes=(n_k + n_g, 4),
-        load=load_forces(program),
-        loss=(n_k, 16),
-        gap=GAP_SIZE,
-    )
+        **dict.fromkeys(("ql", "vl", "al", "rl", "yl", "Mvl", "Myl"), n), **dict.fromkeys(("Kl", "Cl", "Ml"), square),
+        **{name: int(each.max(initial=0)) for name, each in of_controls.items()}, output=int(controls.output[-1]),
+        slope=int(controls.slope[-1]), lu=program.symbolic.size, contact=(n_k, GAP_SIZE + 2), drive=(sizes.n_c, 4),
+        joint=(n_g, 4), power=Powers.zeros(), G=C.pos_g[-1], contact_scratch=(2, 6), joint_friction=(n_g, 2),
+        joint_friction_out=JOINT_FRICTION_SIZE, joint_friction_curve=(6, 6), slopes=(n_k + n_g, 4),
+        load=load_forces(program), loss=(n_k, 16), gap=GAP_SIZE,
+    )  # fmt: skip
 
 
 def load_forces(program: Program) -> int:

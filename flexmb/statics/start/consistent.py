@@ -359,14 +359,9 @@ def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
 
 
 def accelerations(
-    program: Program,
-    q: np.ndarray,
-    v: np.ndarray,
-    t: float,
-    z: np.ndarray | None = None,
-    *,
+    program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None, *,
     system: StateEvaluation | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
     # z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
     # Equation (1.11) of docs/theory/equations_of_motion.md.
