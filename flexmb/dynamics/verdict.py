@@ -61,8 +61,11 @@ def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: 
     # size. Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of
     # the same unit.
     units, driven, sizes = known
-    if sizes is None:
-        sizes = _sizes(values, units)
+    if sizes is None:  # a velocity that is always 0 at the section does not have its own round-off as its size
+        sizes = np.abs(values).max(axis=0)
+        if units is not None:
+            group = [max(sizes[j] for j, other in enumerate(units) if other == unit) for unit in units]
+            sizes = np.maximum(sizes, GROUP * np.array(group))
     columns: list[tuple[str, np.ndarray, float]] = []
     left_out = []
     for k, name in enumerate(names):
@@ -83,16 +86,6 @@ def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: 
     floors = np.array([column_floor for _, _, column_floor in columns])
     labels = tuple(name for name, _, _ in columns)
     return Columns(table, labels, floors, table[half:].std(axis=0), tuple(left_out))
-
-
-def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
-    """Sizes (m,) of signals from their points (n, m)."""
-    # A velocity that is always 0 at the section does not have its own round-off as its size.
-    own = np.asarray(np.abs(values).max(axis=0))
-    if units is None:
-        return own
-    group = [max(own[j] for j, other in enumerate(units) if other == unit) for unit in units]
-    return np.asarray(np.maximum(own, GROUP * np.array(group)))
 
 
 def _turns(column: np.ndarray) -> bool:

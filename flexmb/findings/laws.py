@@ -76,9 +76,8 @@ def _wrong_rate(
     """Finding on derivative k + 1 of a motion that differs from differences of derivative k at most instants."""
     words = ("value", "rate", "second derivative")
     h = DIFFERENCE * span
-    wide, narrow = (
-        np.array([(at(t + step)[k] - at(t - step)[k]) / (2.0 * step) for t in times]) for step in (h, 0.5 * h)
-    )
+    steps = (h, 0.5 * h)
+    wide, narrow = (np.array([(at(t + s)[k] - at(t - s)[k]) / (2.0 * s) for t in times]) for s in steps)
     round_off = 1e-15 * np.abs(values[:, k]).max() / h
     wrong = np.abs(narrow - values[:, k + 1])
     largest = max(np.abs(values[:, k + 1]).max(), np.abs(narrow).max())

@@ -55,9 +55,8 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
     rate = -float(bare.frequencies[worst]) * 2.0 * np.pi
     body = ideal.names.bodies[int(ideal.reference.body[bare.names.index(bare.moves[worst])])]
     text = f"{loads} a small motion away from the reference configuration, mostly of {bare.moves[worst]!r}, grows by"
-    remedy = (
-        "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a stronger section."
-    )
+    remedy = "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a"
+    remedy += " stronger section."
     return [found("unstable-reference", (body,), f"{text} exp({rate:.4g} t), t in s.", remedy, rate=rate)]
 
 
@@ -206,10 +205,8 @@ def _short_contacts(mechanism: Mechanism, h: float) -> Iterator[Finding]:
             depth = contact.normal.depth_under(load, max(contact.p[0], 1e-2))
             time = math.pi * math.sqrt(depth / (load * inverse))
             if time < LEAST_STEPS * h:
-                text = (
-                    f"A contact of {part.label} lasts some {time:.2g} s (a mass of {1.0 / inverse:.3g} kg, a force of"
-                )
-                text = f"{text} {load:.3g} N at {depth:.2g} m), less than {LEAST_STEPS:g} fixed steps of {h:.3g} s."
+                text = f"A contact of {part.label} lasts some {time:.2g} s (a mass of {1.0 / inverse:.3g} kg, a force"
+                text = f"{text} of {load:.3g} N at {depth:.2g} m), less than {LEAST_STEPS:g} fixed steps of {h:.3g} s."
                 remedy = f"Take steps of {time / 32.0:.1g} s, or Adaptive(), which resolves impacts."
                 yield found("coarse-step", (part.name,), text, remedy, step=h, contact_time=time)
                 break

@@ -95,16 +95,12 @@ def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Findi
 def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding:
     rows = f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
     if singular:
-        text = (
-            f"in the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose."
-        )
+        text = f"In the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose"
         remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
-        return found("singular-pose", names, text[0].upper() + text[1:], remedy, redundant=count)
+        return found("singular-pose", names, f"{text}.", remedy, redundant=count)
     text = f"The joints {quoted(names)} repeat one another in every pose near this one: {rows}."
-    remedy = (
-        "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible, "
-        "or simulate(..., redundant='least-norm')."
-    )
+    remedy = "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
+    remedy += " or simulate(..., redundant='least-norm')."
     return found("redundant-joints", names, text, remedy, redundant=count)
 
 
@@ -211,10 +207,8 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
     positions = drive_positions(closed, np.zeros(1))
     begin = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *positions, strict=True))
     parts = weakest_parts(closed, body_rows(closed, q))
-    text = (
-        f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)} are"
-    )
-    text += " assembled on another branch than the one drawn."
+    text = f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)}"
+    text += " are assembled on another branch than the one drawn."
     remedy = "Draw the mechanism where its drives begin, on the branch that is meant."
     return [found("other-branch", parts, text, remedy)]
 

@@ -407,10 +407,8 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
         return -1
     own = [name for part, name in rates if part == contribution.part]
     if reaction.rate not in own:
-        text = (
-            f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no signal"
-        )
-        raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
+        text = f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no"
+        raise KernelError(f"{text} signal of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
     return rates[contribution.part, reaction.rate]
 
 

@@ -190,17 +190,12 @@ def find_bracket(rates, heights, what, m):
             before, count = height_after(rates, heights, what, m, time), count + 1
         if before >= 0.0:
             return time, size, before
-        leaves = (
-            height_after(rates, heights, what, m, size)
-            < 0.0
-            < height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
-        )
+        end = height_after(rates, heights, what, m, size)
+        leaves = end < 0.0 < height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
         return 0.0, math.inf if leaves else size, old
     if old > 0.0:
-        r0, r1 = (
-            height_rate(heights, what, m, m.t, m.x, m.K[0]),
-            height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES]),
-        )
+        r0 = height_rate(heights, what, m, m.t, m.x, m.K[0])
+        r1 = height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
         dip = lowest_of_cubic(old, r0, new, r1, size)
         if dip > 0.0:
             if height_after(rates, heights, what, m, dip) < 0.0:

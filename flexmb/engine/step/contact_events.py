@@ -50,9 +50,8 @@ def update_episodes(tables, h, options, flow, work, record):
         gap, rate, N = work.contact[c, GAP], work.contact[c, GAP_RATE], work.contact[c, NORMAL_FORCE]
         if before == 0.0:
             flow.episodes[c, START] = work.z_new[k + at.ONSET_TIME]
-            flow.episodes[c, APPROACH] = speed_at_crossing(
-                h, flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE], gap, rate
-            )
+            gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+            flow.episodes[c, APPROACH] = speed_at_crossing(h, gap0, rate0, gap, rate)
         m, depth = CONTACT_MEMORY_SIZE * c, max(-gap, 0.0)
         flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + MEMORY_NORMAL] + N)
         flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
