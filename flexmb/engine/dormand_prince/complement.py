@@ -42,10 +42,8 @@ def factor_symmetric(sym, lu, seen, least):
             seen[sym.starts[s] + k] = abs(lu[at + k * (w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1)])
     for s in range(len(sym.starts) - 1):
         at, w, u = sym.value_ptr[s], sym.starts[s + 1] - sym.starts[s], sym.row_ptr[s + 1] - sym.row_ptr[s]
-        own, below = (
-            part_of(seen, sym.starts[s], sym.starts[s + 1]),
-            part_of(sym.rows, sym.row_ptr[s], sym.row_ptr[s + 1]),
-        )
+        own = part_of(seen, sym.starts[s], sym.starts[s + 1])
+        below = part_of(sym.rows, sym.row_ptr[s], sym.row_ptr[s + 1])
         targets, length = part_of(sym.targets, sym.target_ptr[s], sym.target_ptr[s + 1]), w + u
         for k in range(w):
             row = part_of(lu, at + k * length, at + (k + 1) * length)

@@ -121,27 +121,19 @@ def save_between(tables, address, lu, options, flow, trial, work, record, D):
         if D.span.dense == 0:
             code = find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
         if code == RUNNING:
-            code = signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+            code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
         if code != RUNNING:
             return code
+        # All signals at fraction s of the last step.
+        h, ledger = D.span.size, D.between.ledger
+        t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
+        evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
+        report_forces(tables, lam, work)
+        complete_ledger(flow, work, ledger)
+        write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, D.signals)
         update_peaks(next_due(options, flow, record), D.signals, record)
         s = save_within(D.signals, options, flow, record)
     return buffer_code(record)
-
-
-@compiled
-def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
-    """Set `target` to all signals at fraction s of the last step; RUNNING, or a code."""
-    h, ledger = D.span.size, D.between.ledger
-    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
-    if code != RUNNING:
-        return code
-    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
-    report_forces(tables, lam, work)
-    complete_ledger(flow, work, ledger)
-    write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)
-    return RUNNING
 
 
 @dataclass(frozen=True)

@@ -184,12 +184,6 @@ def _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial):
 
 
 @compiled
-def within_factor_two(before, now):
-    """Whether two numbers differ by less than a factor of 2."""
-    return 0.5 * before <= now <= 2.0 * before
-
-
-@compiled
 def is_round_off(n, m, lu, trial, work, record):
     """Whether the last correction is round-off of the gaps over the angle between two constraint rows."""
     angle = math.sqrt(smallest_pivot(lu, work.lu, trial.pivot_scale, n)) if m > 0 else 1.0
@@ -249,9 +243,8 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
             damping_factor(tables.sizes.n_b, trial)
         length, angle = report.length_tolerance, report.angle_tolerance
         size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / newton.fraction
-        if not (
-            within_factor_two(length, report.length_tolerance) and within_factor_two(angle, report.angle_tolerance)
-        ):
+        same = 0.5 * length <= report.length_tolerance <= 2.0 * length
+        if not (same and 0.5 * angle <= report.angle_tolerance <= 2.0 * angle):
             newton.last_size = math.inf  # sizes over different tolerances have no ratio
         record.count.iterations += 1
         record.count.solves += 1
@@ -440,9 +433,8 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
         newton.factorisations, newton.fraction = 0, 1.0
         restart_iteration(tables, h, ratio, min(newton.order - 1, 0), scheme, flow, trial)
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
-    nonlinear = (
-        n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION and has_contact_or_friction(work.slopes)
-    )
+    nonlinear = n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION
+    nonlinear = nonlinear and has_contact_or_friction(work.slopes)
     fresh = reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
     newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE

@@ -19,12 +19,12 @@ from flexmb.engine.newmark.error_control import (
 )
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, remove_along, update_held_multipliers
 from flexmb.engine.newmark.predictor import restart_predictor
-from flexmb.engine.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
+from flexmb.engine.radau.collocation import AT_END, AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.engine.radau.step import (
     add_works,
+    complete_ledger,
     find_between,
     keep_state,
-    ledger_at,
     radau_error,
     radau_step,
     update_ledger,
@@ -166,25 +166,26 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
     # The buffer must then be emptied, and `save_between` called again before the next step.
     s = save_ends(options, flow, record)
     while s < 1.0:
-        signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
+        # All signals at fraction s of the last step.
+        h, old, now, began = R.step.size, R.old, R.between, R.step.start
+        copy(flow.z, now.z)
+        copy(old.z, flow.z)
+        t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam
+        find_between(tables, address, lu, began, s, h, q, v, a, lam, options, flow, trial, work, record, R)
+        evaluate_accepted(tables, address, t, s * h, trial.q, trial.v, trial.a, trial.lam, flow.z, R.zero, R.zero, work)
+        copy(now.z, flow.z)
+        report_forces(tables, trial.lam, work)
+        # Ledger: cubics through works and powers at both ends; energies of the state.
+        ledger, rates = now.ledger, R.rates
+        rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+        for i in range(ledger.shape[0]):
+            change = rise * (flow.ledger[i] - old.ledger[i])
+            ledger[i] = old.ledger[i] + change + begin * rates[AT_START, i] + end * rates[AT_END, i]
+        complete_ledger(flow, work, ledger)
+        write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, ledger, record.peak, True, R.signals)
         update_peaks(next_due(options, flow, record), R.signals, record)
         s = save_within(R.signals, options, flow, record)
     return buffer_code(record)
-
-
-@compiled
-def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, target):
-    """All signals at fraction s of the last step."""
-    h, old, now, began = R.step.size, R.old, R.between, R.step.start
-    copy(flow.z, now.z)
-    copy(old.z, flow.z)
-    t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam
-    find_between(tables, address, lu, began, s, h, q, v, a, lam, options, flow, trial, work, record, R)
-    evaluate_accepted(tables, address, t, s * h, trial.q, trial.v, trial.a, trial.lam, flow.z, R.zero, R.zero, work)
-    copy(now.z, flow.z)
-    report_forces(tables, trial.lam, work)
-    ledger_at(s, h, old.ledger, R.rates, flow, work, now.ledger)
-    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, record.peak, True, target)
 
 
 @dataclass(frozen=True)
