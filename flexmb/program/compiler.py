@@ -327,9 +327,8 @@ def chosen_contributions(
     own = {name for control in contributions.controls for name in control.loads}
     elements = tuple([e for e in contributions.elements if not own or e.part not in own])
     signals = tuple([s for s in contributions.signals if not own or s.part not in own])
-    return replace(
-        contributions, elements=elements, constraints=constraints, contacts=contacts, signals=signals, controls=()
-    )
+    uncontrolled = replace(contributions, elements=elements, signals=signals, controls=())
+    return replace(uncontrolled, constraints=constraints, contacts=contacts)
 
 
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:

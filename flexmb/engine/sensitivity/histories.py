@@ -228,9 +228,8 @@ def _rate_derivatives(out, v, by):
     ax, ay, bx, by_ = out[places.ARM1_X], out[places.ARM1_Y], out[places.ARM2_X], out[places.ARM2_Y]
     for j in range(6):
         x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
-        axq, ayq, bxq, byq = (
-            out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j], out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j],
-        )  # fmt: skip
+        axq, ayq = out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j]
+        bxq, byq = out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j]
         arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
         by[places.NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
         along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
@@ -316,14 +315,15 @@ def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
     fast = 0.0
     for i in range(n):
         fast = max(fast, abs(work.vl[i]))
-    reach = max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE)
+    reach, rate = (
+        max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE),
+        max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
+    )
     for j in range(T.q.shape[0]):
-        far, quick, strong = _sizes(E, e, n, j, T)
-        most = max(
-            far / reach,
-            quick / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
-            h * strong / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
-        )
+        far, quick, strong = 0.0, 0.0, 0.0
+        for dof in part_of(E.dofs, E.dof[e], E.dof[e + 1]):
+            far, quick, strong = max(far, abs(T.q[j, dof])), max(quick, abs(T.v[j, dof])), max(strong, abs(T.a[j, dof]))
+        most = max(far / reach, quick / rate, h * strong / rate)
         if most == 0.0:
             continue
         _move_element(E, e, n, 1.0 / most, j, q, v, a, T, work)
@@ -333,16 +333,6 @@ def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
         element_force(tables, address, e, n, t, h, z, work)
         for l in range(begin, end):
             T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * 0.5 * most
-
-
-@compiled
-def _sizes(E, e, n, j, T):
-    """Largest differences of positions, velocities and accelerations of element e."""
-    far, quick, strong = 0.0, 0.0, 0.0
-    for i in range(n):
-        dof = E.dofs[E.dof[e] + i]
-        far, quick, strong = max(far, abs(T.q[j, dof])), max(quick, abs(T.v[j, dof])), max(strong, abs(T.a[j, dof]))
-    return far, quick, strong
 
 
 @compiled

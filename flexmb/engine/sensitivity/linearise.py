@@ -121,7 +121,10 @@ def new_tangents(
     """Arrays for k differences of states of a compiled mechanism, with the directions and rows of k parameters."""
     tables, n, m = program.tables, program.n_q + 3, program.n_c
     n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
-    total = program.n_q + m
+    total, pattern = program.n_q + m, program.symbolic
+    wanted = np.unique(np.concatenate([tables.contacts.positions, tables.constraints.positions_h]).astype(np.int64))
+    every = np.stack([pattern.places, pattern.a_rows, pattern.a_cols], axis=1).astype(np.int64)
+    entries = every[np.isin(every[:, PLACE], wanted) & (every[:, ROW:] < program.n_q).all(axis=1)]
     rows, mean = dict.fromkeys(("q", "v", "a", "x", "U", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
     rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
     vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "zp"), n_z)
@@ -130,18 +133,10 @@ def new_tangents(
         **rows, **vectors, step=CarriedStep(0.0, 0.0, 0.0), control=control_slopes(program),
         by=parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
         rows=signal_rows(program, 0) if signals is None else signals, u=(k, total), moved=(k, program.n_q), gap=m,
-        entries=_entries(program), D=tables.elements.pos[-1], W=tables.constraints.pos_g[-1], slip_direction=(n_g, 6),
+        entries=entries, D=tables.elements.pos[-1], W=tables.constraints.pos_g[-1], slip_direction=(n_g, 6),
         local=(2, mean), own=(k, 4), g=(3, m), start=state_vectors(program), moving=(2, m),
         closing=np.zeros(n_k, dtype=np.int64), turn=(n_k + n_g, 4), turned=(k, n_k + n_g),
     )  # fmt: skip
-
-
-def _entries(program: Program) -> np.ndarray:
-    """Places, rows and columns of the entries of contacts and constraints in the matrix of the coordinates."""
-    tables, pattern = program.tables, program.symbolic
-    wanted = np.unique(np.concatenate([tables.contacts.positions, tables.constraints.positions_h]).astype(np.int64))
-    every = np.stack([pattern.places, pattern.a_rows, pattern.a_cols], axis=1).astype(np.int64)
-    return every[np.isin(every[:, 0], wanted) & (every[:, 1:] < program.n_q).all(axis=1)]
 
 
 @apart

@@ -254,9 +254,8 @@ def parameter_rates(program: Program, directions: np.ndarray, step: np.ndarray) 
 def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
     """Elements, constraints, contacts and controllers that read one of the numbers at `places`."""
     E, C, K, laws = tables.elements, tables.constraints, tables.contacts, tables.controls
-    bounds: list[tuple[int, int, tuple[Any, ...]]] = [
-        (ELEMENT, e, (own, factor)) for e, (own, factor) in enumerate(zip(E.p, E.factor_p, strict=True))
-    ]
+    bounds: list[tuple[int, int, tuple[Any, ...]]] = []
+    bounds += [(ELEMENT, e, pair) for e, pair in enumerate(zip(E.p, E.factor_p, strict=True))]
     for c, own in enumerate(C.p):
         rubbing = C.joint_friction_p[c]
         bounds.append((CONSTRAINT, c, (own, *C.motion_p[C.row[c] : C.row[c + 1]], rubbing[:2], rubbing[2:])))
