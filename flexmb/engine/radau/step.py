@@ -6,7 +6,7 @@ onto the constraints; accelerations and multipliers follow from the equations of
 
 import math
 
-from flexmb.engine import energy as entries
+import flexmb.engine.energy as entries
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.energy import count_step, update_balance, update_residual
 from flexmb.engine.linalg.lu import factor_complex, multiply, solve, solve_complex, solve_two

@@ -7,7 +7,7 @@ stored energies and measured signals are evaluated there.  Works and losses sinc
 
 import math
 
-from flexmb.engine import energy as entries
+import flexmb.engine.energy as entries
 from flexmb.engine.energy import (
     STEPS_BEFORE_CHECK,
     check_balance,

@@ -304,7 +304,8 @@ def load_factor(tables, address, e, t, work):
     if E.factor[e] < 0:
         return 1.0 if E.factor[e] == at.NO_FACTOR else work.output[at.FIRST_OUTPUT - E.factor[e]]
     p = part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END])
-    return motion_at(address.motion, E.factor[e])(p, t)[0]
+    s, _, _ = motion_at(address.motion, E.factor[e])(p, t)
+    return s
 
 
 @compiled
