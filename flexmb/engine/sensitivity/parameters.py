@@ -21,18 +21,9 @@ import numpy as np
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.engine.sensitivity.histories import OF_GAP, OF_RATE, OF_SLIP, element_force
+from flexmb.engine.system import elements
 from flexmb.engine.system.constraints import add_joint_friction, call_constraint
 from flexmb.engine.system.contacts import call_friction, call_gap, call_normal, jacobians
-from flexmb.engine.system.elements import (
-    LEAST_SIZE,
-    RELATIVE_DIFFERENCE,
-    differentiate_law,
-    evaluate_controls,
-    gather_state,
-    load_factor,
-    read_inputs,
-    threes,
-)
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
@@ -73,14 +64,14 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
     """Set work.output and the slopes of all controllers; keep the differences of sampled ones in T.z1."""
     C, S = tables.controls, T.control
     S.mass = ka
-    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+    elements.evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for by_velocity in range(2):
         found = S.by_q if by_velocity == 0 else S.by_v
         for c in range(C.kernel.shape[0]):
             if C.z[c, at.END] > C.z[c, at.BEGIN]:
                 continue
-            read_inputs(tables, address, c, t, q, v, work)
-            differentiate_law(tables, address, c, t, q, v, 1.0 - by_velocity, 1.0 * by_velocity, work)
+            elements.read_inputs(tables, address, c, t, q, v, work)
+            elements.differentiate_law(tables, address, c, t, q, v, 1.0 - by_velocity, 1.0 * by_velocity, work)
             for i in range(S.pos[c + 1] - S.pos[c]):
                 found[S.pos[c] + i] = work.law_tangent[i]
     for c in range(C.kernel.shape[0]):
@@ -99,15 +90,15 @@ def add_control_forces(tables, address, t, q, v, a, z, T, work):
         far = 0.0
         for c in range(C.kernel.shape[0]):
             for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
-                far = max(far, abs(T.z[j, i]) / max(abs(z[i]), LEAST_SIZE))
+                far = max(far, abs(T.z[j, i]) / max(abs(z[i]), elements.LEAST_SIZE))
         for side in range(2 if far > 0.0 else 0):
-            e = RELATIVE_DIFFERENCE / far if side == 0 else -RELATIVE_DIFFERENCE / far
+            e = elements.RELATIVE_DIFFERENCE / far if side == 0 else -elements.RELATIVE_DIFFERENCE / far
             for c in range(C.kernel.shape[0]):
                 for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
                     T.zs[i] = z[i] + e * T.z[j, i]
             add_control_change(tables, tables, address, t, q, v, a, T.zs, 0.5 / e, j, T, work)
     copy(z, T.zs)
-    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+    elements.evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
 
 
 @compiled
@@ -131,7 +122,7 @@ def subtract_state_rates(tables, factor, x, F):
     """F -= factor times the motion x of the states, whose residual is rate less law."""
     C = tables.controls
     for c in range(C.kernel.shape[0]):
-        for i in range(threes(C.states[c]) if C.dof[c + 1] > C.dof[c] else 0):
+        for i in range(elements.threes(C.states[c]) if C.dof[c + 1] > C.dof[c] else 0):
             dof = C.dofs[C.dof[c] + i]
             F[dof] -= factor * x[dof]
 
@@ -152,7 +143,7 @@ def add_control_matrix(tables, kv, T, work):
     for c in range(C.kernel.shape[0]):
         n, n_x, place = C.dof[c + 1] - C.dof[c], C.states[c], S.pos[c]
         rows = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
-        for i in range(threes(n_x) if n > 0 else 0):
+        for i in range(elements.threes(n_x) if n > 0 else 0):
             work.lu[rows[i * n + i]] += S.mass
             for l in range(n if i < n_x else 0):
                 work.lu[rows[i * n + l]] -= S.by_q[place + i * n + l] + kv * S.by_v[place + i * n + l]
@@ -168,7 +159,7 @@ def add_control_matrix(tables, kv, T, work):
 def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, work):
     """Add factor times outputs and rates of states with the numbers of `varied` and histories z to T.F."""
     C = tables.controls
-    evaluate_controls(varied, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+    elements.evaluate_controls(varied, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for c in range(C.kernel.shape[0]):
         for i in range(C.states[c] if C.dof[c + 1] > C.dof[c] else 0):
             dof = C.dofs[C.dof[c] + i]
@@ -296,7 +287,7 @@ def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
                     _add_constraint(by.varied, address, number, t, h, q, v, lam, z, 0.5 / eps, j, T, work)
                 elif kind == CONTROLLERS:
                     add_control_change(tables, by.varied, address, t, q, v, a, z, 0.5 / eps, j, T, work)
-                    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+                    elements.evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
                 else:
                     _add_contact(by.varied, address, number, h, q, v, z, 0.5 / eps, j, T, work)
         move_numbers(tables, by, j, 0.0)
@@ -310,9 +301,9 @@ def _add_element(varied, address, e, t, h, q, v, a, z, factor, j, T, work):
     """Add factor times force and history of element e."""
     E = varied.elements
     n = E.dof[e + 1] - E.dof[e]
-    gather_state(E, e, n, q, v, a, work)
+    elements.gather_state(E, e, n, q, v, a, work)
     element_force(varied, address, e, n, t, h, z, work)
-    s = factor * load_factor(varied, address, e, t, work)
+    s = factor * elements.load_factor(varied, address, e, t, work)
     for i in range(n):
         T.F[j, E.dofs[E.dof[e] + i]] -= s * work.rl[i]
     for l in range(E.z[e, at.BEGIN], E.z[e, at.END]):
