@@ -135,8 +135,9 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
     for k in range(begin, end):
         if C.motion[k] < 0:
             continue
-        p = part_of(tables.p, C.motion_p[k, BEGIN], C.motion_p[k, END])
-        s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(p, t)
+        s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(
+            part_of(tables.p, C.motion_p[k, BEGIN], C.motion_p[k, END]), t
+        )
         work.g[k] -= s
         work.gv[k] -= s_dot
         work.gamma[k] += s_ddot

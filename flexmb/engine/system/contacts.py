@@ -59,8 +59,9 @@ def find_gap(tables, address, k, q, v, work):
 def call_gap(tables, address, k, q, v, out):
     """Call the gap kernel of contact k with its own coordinates q and velocities v."""
     K = tables.contacts
-    p = part_of(tables.p, K.p[k, at.GAP_P], K.p[k, at.GAP_P_END])
-    gap_at(address.gap, K.kernel[k, at.GAP_KERNEL])(p, part_of(q, 0, 6), part_of(v, 0, 6), out)
+    gap_at(address.gap, K.kernel[k, at.GAP_KERNEL])(
+        part_of(tables.p, K.p[k, at.GAP_P], K.p[k, at.GAP_P_END]), part_of(q, 0, 6), part_of(v, 0, 6), out
+    )
 
 
 @compiled

@@ -87,8 +87,9 @@ def read_inputs(tables, address, c, t, q, v, work):
         elif kind == at.OUTPUT:
             value = work.output[what]
         else:
-            p = part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END])
-            s, speed, _ = motion_at(address.motion, what)(p, t)
+            s, speed, _ = motion_at(address.motion, what)(
+                part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t
+            )
             value = s if kind == at.MOTION_VALUE else speed
         work.u[j - C.input[c]] = value
     for i in range(C.states[c]):
@@ -303,8 +304,9 @@ def load_factor(tables, address, e, t, work):
     E = tables.elements
     if E.factor[e] < 0:
         return 1.0 if E.factor[e] == at.NO_FACTOR else work.output[at.FIRST_OUTPUT - E.factor[e]]
-    p = part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END])
-    s, _, _ = motion_at(address.motion, E.factor[e])(p, t)
+    s, _, _ = motion_at(address.motion, E.factor[e])(
+        part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END]), t
+    )
     return s
 
 
@@ -374,5 +376,6 @@ def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
             work.load[place + i] = Ma - work.rl[i]
     if E.energy[e] < 0:
         return 0.0, 0.0, 0.0
-    p = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END])
-    return energy_at(address.energy, E.energy[e])(p, t, part_of(work.ql, 0, n), part_of(work.vl, 0, n))
+    return energy_at(address.energy, E.energy[e])(
+        part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
+    )
