@@ -27,6 +27,13 @@ from flexmb.engine.linalg.lu import (
     solve_two,
 )
 from flexmb.engine.newmark import jacobian_reuse, predictor
+from flexmb.engine.newmark.jacobian_reuse import (
+    HOLD_WITHIN_STEP,
+    LONGEST_SUSPENSION,
+    MEASURING_INTERVAL,
+    MOST_REUSE_ITERATIONS,
+    REGULAR_PIVOT,
+)
 from flexmb.engine.state import record as codes
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
 from flexmb.kernels import compiled
@@ -243,7 +250,7 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     if flow.clock.last_step == 0.0:
         predictor.restart_predictor(trial.predictor)
     newton.order = trial.predictor.order
-    newton.measuring = reuse.steps_since_measured >= jacobian_reuse.MEASURING_INTERVAL
+    newton.measuring = reuse.steps_since_measured >= MEASURING_INTERVAL
     own_matrices = n + m <= SMALL_SYSTEM and jacobian_reuse.has_contact_or_friction(trial.slopes)
     newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own_matrices
     newton.may_reuse = True
@@ -309,10 +316,10 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
         newton.hold = LOST_PIVOT
         return EVALUATE_AGAIN
     if newton.held == ROWS_HELD and newton.hold == HELD_PIVOT:
-        newton.hold = jacobian_reuse.HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
+        newton.hold = HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
     elif newton.held != ROWS_HELD and newton.hold == HELD_PIVOT:
         pivot = smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
-        pivot *= max(1.0, jacobian_reuse.REGULAR_PIVOT * tables.sizes.n_c)  # some 2/n of a straight chain of n links
+        pivot *= max(1.0, REGULAR_PIVOT * tables.sizes.n_c)  # some 2/n of a straight chain of n links
         jacobian_reuse.register_factors(kv, ka, pivot, trial, work)
     newton.factorisations += 1
     newton.reused = 0
@@ -338,7 +345,7 @@ def stop_reuse(trial):
     newton, reuse = trial.newton, trial.reuse
     newton.reusing, newton.may_reuse = False, newton.factorisations == 0
     if newton.factorisations == 0:  # factors of an earlier step failed: longer after each failure
-        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, jacobian_reuse.LONGEST_SUSPENSION)
+        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, LONGEST_SUSPENSION)
         reuse.suspended_steps = reuse.last_suspension
 
 
@@ -373,7 +380,7 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
     diverging = not size < newton.last_size
     newton.reused += 1
     newton.last_size = size
-    if not contracting or newton.reused >= jacobian_reuse.MOST_REUSE_ITERATIONS:
+    if not contracting or newton.reused >= MOST_REUSE_ITERATIONS:
         stop_reuse(trial)
         if diverging:
             restart_iteration(tables, h, ratio, min(newton.order, 0), scheme, flow, trial)
@@ -405,7 +412,7 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
     nonlinear = n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION
     nonlinear = nonlinear and jacobian_reuse.has_contact_or_friction(work.slopes)
-    fresh = reuse.age == 1.0 and reuse.smallest_pivot >= jacobian_reuse.REGULAR_PIVOT
+    fresh = reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
     newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE
 

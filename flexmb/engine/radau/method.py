@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.energy import contact_losses
 from flexmb.engine.newmark import error_control
+from flexmb.engine.newmark.error_control import CONTACT_TRIALS
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, remove_along, update_held_multipliers
 from flexmb.engine.newmark.predictor import restart_predictor
 from flexmb.engine.radau import step as stages
@@ -57,7 +58,7 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
         if options.adaptive:
             error = -1.0
             fraction = contact_within_step(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
-            if fraction > 0.0 and flow.clock.rejected_trials < error_control.CONTACT_TRIALS:
+            if fraction > 0.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
                 flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
             elif error_control.meets_contacts(tables, address, code, h, options, flow, trial, work, record):
                 error = stages.radau_error(tables, address, lu, h, options, flow, trial, work, R)

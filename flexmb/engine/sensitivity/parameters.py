@@ -24,6 +24,7 @@ from flexmb.engine.sensitivity.histories import OF_GAP, OF_RATE, OF_SLIP, elemen
 from flexmb.engine.system import elements
 from flexmb.engine.system.constraints import add_joint_friction, call_constraint
 from flexmb.engine.system.contacts import call_friction, call_gap, call_normal, jacobians
+from flexmb.engine.system.elements import LEAST_SIZE, RELATIVE_DIFFERENCE
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
@@ -90,9 +91,9 @@ def add_control_forces(tables, address, t, q, v, a, z, T, work):
         far = 0.0
         for c in range(C.kernel.shape[0]):
             for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
-                far = max(far, abs(T.z[j, i]) / max(abs(z[i]), elements.LEAST_SIZE))
+                far = max(far, abs(T.z[j, i]) / max(abs(z[i]), LEAST_SIZE))
         for side in range(2 if far > 0.0 else 0):
-            e = elements.RELATIVE_DIFFERENCE / far if side == 0 else -elements.RELATIVE_DIFFERENCE / far
+            e = RELATIVE_DIFFERENCE / far if side == 0 else -RELATIVE_DIFFERENCE / far
             for c in range(C.kernel.shape[0]):
                 for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
                     T.zs[i] = z[i] + e * T.z[j, i]
