@@ -113,8 +113,8 @@ engine.newmark.jacobian_reuse.REMAINING_ERROR | 1 | what is wanted | error that 
 engine.newmark.jacobian_reuse.REMAINING_ROUND_OFF | 1 | round-off | the same where round-off is more
 engine.newmark.jacobian_reuse.NEGLIGIBLE_CORRECTION | 1 | what is wanted | last correction after which forces are not evaluated again
 engine.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION | 1 | what is wanted | the same where a contact is closed
-engine.newmark.jacobian_reuse.first_correction_suffices#0.001 | 1 | what is wanted | a first correction below it has not grown
-engine.newmark.jacobian_reuse.measure_contraction#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
+engine.newmark.jacobian_reuse.convergence_test#0.001 | 1 | what is wanted | a first correction below it has not grown
+engine.newmark.jacobian_reuse.convergence_test#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
 run.run.LARGEST_ROUND_OFF | 1 | size of the mechanism | round-off of coordinates that have no digits left
 run.run.NEWTON_TOLERANCE | 1 | way h^2 a | what is wanted of corrections
 run.run.NEWTON_ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10

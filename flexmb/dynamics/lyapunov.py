@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -417,9 +418,8 @@ def benettin(
     schedule = span.schedule(system, step, method)
     first = schedule.system
     seed = checks.count(f"benettin {first.name!r}", "seed", seed, 0)
-    exponents = exponents_of(
-        schedule, lambda: TrajectoryPair(first, distance, first.tangent_basis(1, seed)[:, 0]), 1, shown=progress
-    )
+    direction = partial(first.tangent_basis, 1, seed)
+    exponents = exponents_of(schedule, lambda: TrajectoryPair(first, distance, direction()[:, 0]), 1, shown=progress)
     return span.finished(exponents, schedule)
 
 

@@ -303,14 +303,9 @@ class SectionMap(SectionOfFlow):
     unit = "crossings"
 
     def __init__(
-        self,
-        flow: ContinuousFlow,
-        signal: str,
-        *,
-        level: float = 0.0,
-        direction: str = "up",
+        self, flow: ContinuousFlow, signal: str, *, level: float = 0.0, direction: str = "up",
         limit: float | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._observe(flow)
         self.signal = signal
         self.direction = checks.one_of(self._label, "direction", direction, DIRECTIONS)

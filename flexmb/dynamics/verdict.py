@@ -61,13 +61,21 @@ def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: 
     # size. Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of
     # the same unit.
     units, driven, sizes = known
-    if sizes is None:
-        sizes = _sizes(values, units)
+    if sizes is None:  # a velocity that is always 0 at the section does not have its own round-off as its size
+        sizes = np.abs(values).max(axis=0)
+        if units is not None:
+            group = [max(sizes[j] for j, other in enumerate(units) if other == unit) for unit in units]
+            sizes = np.maximum(sizes, GROUP * np.array(group))
     columns: list[tuple[str, np.ndarray, float]] = []
     left_out = []
     for k, name in enumerate(names):
         column = values[:, k]
-        angle = units[k] == "rad" if units is not None else _turns(column)
+        if units is None:  # an angle grows by an equal integer number of turns in every step, as a driven one
+            steps = np.diff(column)
+            turns = np.round(steps.mean() / TURN)
+            angle = turns != 0 and np.abs(steps - turns * TURN).max() < 1e-6
+        else:
+            angle = units[k] == "rad"
         entries, size = [column], float(sizes[k])
         if angle:  # about its mean direction, or cosine and sine
             near = np.angle(np.exp(1j * (column - np.angle(np.exp(1j * column).mean()))))
@@ -83,23 +91,6 @@ def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: 
     floors = np.array([column_floor for _, _, column_floor in columns])
     labels = tuple(name for name, _, _ in columns)
     return Columns(table, labels, floors, table[half:].std(axis=0), tuple(left_out))
-
-
-def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
-    """Sizes (m,) of signals from their points (n, m)."""
-    # A velocity that is always 0 at the section does not have its own round-off as its size.
-    own = np.asarray(np.abs(values).max(axis=0))
-    if units is None:
-        return own
-    group = [max(own[j] for j, other in enumerate(units) if other == unit) for unit in units]
-    return np.asarray(np.maximum(own, GROUP * np.array(group)))
-
-
-def _turns(column: np.ndarray) -> bool:
-    """Whether a signal grows by an equal integer number of turns in every step, as a driven angle."""
-    steps = np.diff(column)
-    turns = np.round(steps.mean() / TURN)
-    return bool(turns != 0 and np.abs(steps - turns * TURN).max() < 1e-6)
 
 
 # Bands: sets of section points that are visited in turn; separation of neighbours within a band
@@ -279,15 +270,6 @@ def _quartiles(values: np.ndarray, axis: int) -> np.ndarray:
     """Half the distance of the quartiles, scaled to the standard deviation of a normal distribution."""
     low, high = np.quantile(values, (0.25, 0.75), axis=axis)
     return np.asarray(0.7413 * (high - low))
-
-
-def swells(z: np.ndarray) -> float:
-    """Ratio of the deviations of the first and last quarter of points (n, m) that grow or shrink all along; else 1."""
-    deviations = np.stack([quarter.std(axis=0) for quarter in np.array_split(z, 4)])
-    steps = np.diff(deviations, axis=0)
-    trend = ((steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)) & (deviations > 0.0).all(axis=0)
-    ratio = np.where(trend, deviations[-1] / np.where(deviations[0] > 0.0, deviations[0], 1.0), 1.0)
-    return float(np.maximum(ratio, 1.0 / np.where(ratio > 0.0, ratio, 1.0)).max())
 
 
 # Meaning of the evidence of a verdict, by name.
@@ -601,8 +583,12 @@ def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict 
         if set(kinds) == {"regular", "chaotic"}:
             text = f"The first half of the record is {kinds[0]}, the second {kinds[1]}. Leave out more points."
             return Verdict("transient", text, 0, evidence)
-    swelling = swells(z)
-    evidence["swelling"] = swelling
+    # Ratio of the deviations of the first and last quarter that grow or shrink all along; else 1.
+    deviations = np.stack([quarter.std(axis=0) for quarter in np.array_split(z, 4)])
+    steps = np.diff(deviations, axis=0)
+    trend = ((steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)) & (deviations > 0.0).all(axis=0)
+    ratio = np.where(trend, deviations[-1] / np.where(deviations[0] > 0.0, deviations[0], 1.0), 1.0)
+    evidence["swelling"] = swelling = float(np.maximum(ratio, 1.0 / np.where(ratio > 0.0, ratio, 1.0)).max())
     if evidence["zero_one"] < CHAOTIC and evidence["separation"] < REGULAR and swelling > 1.05:
         text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
         return Verdict("transient", f"{text} Leave out more points, or take more.", 0, evidence)

@@ -212,7 +212,17 @@ def update_residual(ledger, balance):
 def count_step(tables, q, balance, work):
     """Count a step, and add the round-off of its works."""
     balance.steps += 1.0
-    balance.round_off += COORDINATE_ROUND_OFF * _round_off_work(tables, q, work)
+    # Forces times the largest coordinate, moments times the largest angle [J].
+    far_x, far_t, force, moment = 0.0, 1.0, 0.0, 0.0
+    for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
+        place, Gl = part_of(q, i, i + 3), part_of(work.Gl, i, i + 3)
+        far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
+        force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])
+    for c in range(work.contact.shape[0]):
+        force += abs(work.loss[c, LOSS_MEMORY + MEMORY_NORMAL])
+    for i in range(work.load.shape[0]):
+        force += abs(work.load[i])
+    balance.round_off += COORDINATE_ROUND_OFF * (force * far_x + moment * far_t)
 
 
 @compiled
@@ -345,21 +355,6 @@ def _damping_power(tables, address, t, e, n, v, work):
     p = part_of(tables.p, E.p[e, BEGIN], E.p[e, END])
     _, _, power = energy_at(address.energy, E.energy[e])(p, t, part_of(work.ql, 0, n), part_of(v, 0, n))
     return power
-
-
-@compiled
-def _round_off_work(tables, q, work):
-    """Scale of the round-off of works: forces times the largest coordinate, moments times the largest angle [J]."""
-    far_x, far_t, force, moment = 0.0, 1.0, 0.0, 0.0
-    for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
-        place, Gl = part_of(q, i, i + 3), part_of(work.Gl, i, i + 3)
-        far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
-        force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])
-    for c in range(work.contact.shape[0]):
-        force += abs(work.loss[c, LOSS_MEMORY + MEMORY_NORMAL])
-    for i in range(work.load.shape[0]):
-        force += abs(work.load[i])
-    return force * far_x + moment * far_t
 
 
 @compiled

@@ -26,8 +26,8 @@ LARGE_CLEARANCE = 0.2  # clearance over the radius or length beside it, above wh
 def dimension_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on the numbers of all parts."""
     own = [finding for part in mechanism.parts for finding in part.answers("findings_before", mechanism)]
-    found = [*_sizes(mechanism), *_place(mechanism), *_gravity(mechanism), *_materials(mechanism)]
-    return [*found, *implausible_findings(mechanism), *_clearances(mechanism), *own]
+    sizes = [*_sizes(mechanism), *_materials(mechanism)]
+    return [*sizes, *implausible_findings(mechanism), *_clearances(mechanism), *own]
 
 
 def size_of(mechanism: Mechanism, body: Body | None = None) -> float:
@@ -49,8 +49,6 @@ def _sizes(mechanism: Mechanism) -> Iterator[Finding]:
         text = f"The largest body, {name!r}, is {size:.4g} m long."
         yield found("odd-units", (name,), text, "Lengths are in m: a length in mm is divided by 1000.", size=size)
 
-
-def _place(mechanism: Mechanism) -> Iterator[Finding]:
     size = size_of(mechanism)
     farthest = max((max(abs(node.x), abs(node.y)) for body in mechanism.bodies for node in body.nodes()), default=0.0)
     if farthest > FAR * size > 0.0:
@@ -58,8 +56,6 @@ def _place(mechanism: Mechanism) -> Iterator[Finding]:
         remedy = "Subtract the place of one joint from all points."
         yield found("far-origin", (), f"{text} {math.log10(farthest / size):.0f} digits.", remedy, distance=farthest)
 
-
-def _gravity(mechanism: Mechanism) -> Iterator[Finding]:
     g = math.hypot(*mechanism.gravity)
     if g > 0.0 and not GRAVITIES[0] <= g <= GRAVITIES[1]:
         text = f"Gravity is {g:.4g} m/s^2."

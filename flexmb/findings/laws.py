@@ -76,9 +76,8 @@ def _wrong_rate(
     """Finding on derivative k + 1 of a motion that differs from differences of derivative k at most instants."""
     words = ("value", "rate", "second derivative")
     h = DIFFERENCE * span
-    wide, narrow = (
-        np.array([(at(t + step)[k] - at(t - step)[k]) / (2.0 * step) for t in times]) for step in (h, 0.5 * h)
-    )
+    steps = (h, 0.5 * h)
+    wide, narrow = (np.array([(at(t + s)[k] - at(t - s)[k]) / (2.0 * s) for t in times]) for s in steps)
     round_off = 1e-15 * np.abs(values[:, k]).max() / h
     wrong = np.abs(narrow - values[:, k + 1])
     largest = max(np.abs(values[:, k + 1]).max(), np.abs(narrow).max())
@@ -187,12 +186,11 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
     seen: set[object] = set()
     for part in mechanism.parts:
         for contribution, light in zip(part.contributions(mechanism), part.contributions(bare), strict=True):
-            key = signature_of(contribution)
-            if key in seen or part.name in known:
+            kernels = kernels_of(contribution)
+            key = tuple(kernel.name for kernel in kernels), contribution.p
+            if key in seen or part.name in known or all(map(is_ours, kernels)):
                 continue
             seen.add(key)
-            if all(is_ours(kernel) for kernel in kernels_of(contribution)):
-                continue
             try:
                 check_piece(Bench(mechanism, part, 0), contribution, light)
             except KernelError as error:
@@ -200,14 +198,6 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
                 findings.append(found("broken-kernel", (part.name,), str(error), remedy))
                 break
     return findings
-
-
-def signature_of(contribution: Contribution) -> object:
-    """Kernels of a contribution; and its parameters where a kernel is not flexmb's own."""
-    kernels = kernels_of(contribution)
-    if all(is_ours(kernel) for kernel in kernels):
-        return tuple(kernel.name for kernel in kernels)
-    return tuple(kernel.name for kernel in kernels), contribution.p
 
 
 def kernels_of(contribution: Contribution) -> list[Kernel]:

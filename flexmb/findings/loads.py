@@ -55,9 +55,8 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
     rate = -float(bare.frequencies[worst]) * 2.0 * np.pi
     body = ideal.names.bodies[int(ideal.reference.body[bare.names.index(bare.moves[worst])])]
     text = f"{loads} a small motion away from the reference configuration, mostly of {bare.moves[worst]!r}, grows by"
-    remedy = (
-        "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a stronger section."
-    )
+    remedy = "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a"
+    remedy += " stronger section."
     return [found("unstable-reference", (body,), f"{text} exp({rate:.4g} t), t in s.", remedy, rate=rate)]
 
 
@@ -206,10 +205,8 @@ def _short_contacts(mechanism: Mechanism, h: float) -> Iterator[Finding]:
             depth = contact.normal.depth_under(load, max(contact.p[0], 1e-2))
             time = math.pi * math.sqrt(depth / (load * inverse))
             if time < LEAST_STEPS * h:
-                text = (
-                    f"A contact of {part.label} lasts some {time:.2g} s (a mass of {1.0 / inverse:.3g} kg, a force of"
-                )
-                text = f"{text} {load:.3g} N at {depth:.2g} m), less than {LEAST_STEPS:g} fixed steps of {h:.3g} s."
+                text = f"A contact of {part.label} lasts some {time:.2g} s (a mass of {1.0 / inverse:.3g} kg, a force"
+                text = f"{text} of {load:.3g} N at {depth:.2g} m), less than {LEAST_STEPS:g} fixed steps of {h:.3g} s."
                 remedy = f"Take steps of {time / 32.0:.1g} s, or Adaptive(), which resolves impacts."
                 yield found("coarse-step", (part.name,), text, remedy, step=h, contact_time=time)
                 break
@@ -235,8 +232,13 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
         text = f"At {body!r} a stiffness of {largest:.3g} N/m turns the round-off of its coordinates into {lost:.2g} N"
         text = f"{text}; all loads, weights and inertia together have some {load:.2g} N."
         return [found("stiffness-ratio", (body,), text, remedy, stiffness=largest, round_off=lost, load=load)]
-    slow = resolved_modes(program, q, bare) if bare is not None else []
-    if bare is None or not slow:
+    if bare is None:
+        return []
+    # Elastic modes with more energy than the round-off of their shapes.
+    sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
+    least, energy = stiffest * (ROUND_OFF * sizes) ** 2, np.abs(bare.eigenvalues) ** 2
+    slow = [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > least[k]]
+    if not slow:
         return []
     M = _diagonal(program, q, mass=True)[:n]
     squares = _diagonal(program, q)[:n][M > 0.0] / M[M > 0.0]
@@ -247,14 +249,6 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
     text = f"{text} the stiffness at {body!r} some {fastest / (2.0 * math.pi):.3g} Hz: the ratio of their squares is"
     text = f"{text} beyond the 16 digits of floats."
     return [found("stiffness-ratio", (body,), text, remedy, slowest=slowest, fastest=fastest)]
-
-
-def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
-    """Numbers of the elastic modes at a pose (n_q,) with more energy than the round-off of their shapes."""
-    sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
-    least = stiffest * (ROUND_OFF * sizes) ** 2
-    energy = np.abs(bare.eigenvalues) ** 2
-    return [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > least[k]]
 
 
 def _diagonal(program: Program, q: np.ndarray, *, mass: bool = False) -> np.ndarray:

@@ -27,20 +27,16 @@ from flexmb.statics.start.consistent import dependent_parts, redundancy, redunda
 SAME_POINT = 1e-6  # distance of two points over the length of the longest link, below which they are one
 
 
-def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
-    """Names of bodies in groups that joints, springs, contacts or elements connect; the ground is a body, too."""
+def free_bodies(mechanism: Mechanism) -> list[Finding]:
+    """Groups of bodies that nothing connects to the ground; a mechanism that floats as a whole is only noted."""
+    # Groups that joints, springs, contacts or elements connect; the ground is a body, too.
     places = {name: k for k, name in enumerate((GROUND.name, *(body.name for body in mechanism.bodies)))}
     others = [part.references() for part in mechanism.parts if not isinstance(part, Body)]
     ends = [[places[name] for name in named if name in places] for named in others]
     links = np.array([(own[0], k) for own in ends for k in own], dtype=int).reshape(-1, 2)
     matrix = sp.coo_array((np.ones(len(links)), links.T), shape=(len(places), len(places)))
     count, group = sp.csgraph.connected_components(matrix, directed=False)
-    return [tuple(name for name, k in places.items() if group[k] == number) for number in range(count)]
-
-
-def free_bodies(mechanism: Mechanism) -> list[Finding]:
-    """Groups of bodies that nothing connects to the ground; a mechanism that floats as a whole is only noted."""
-    groups = groups_of_bodies(mechanism)
+    groups = [tuple(name for name, k in places.items() if group[k] == number) for number in range(count)]
     loose = [group for group in groups if GROUND.name not in group]
     floats = len(loose) == 1 and (GROUND.name,) in groups
     findings = []
@@ -99,16 +95,12 @@ def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Findi
 def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding:
     rows = f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
     if singular:
-        text = (
-            f"in the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose."
-        )
+        text = f"In the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose"
         remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
-        return found("singular-pose", names, text[0].upper() + text[1:], remedy, redundant=count)
+        return found("singular-pose", names, f"{text}.", remedy, redundant=count)
     text = f"The joints {quoted(names)} repeat one another in every pose near this one: {rows}."
-    remedy = (
-        "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible, "
-        "or simulate(..., redundant='least-norm')."
-    )
+    remedy = "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
+    remedy += " or simulate(..., redundant='least-norm')."
     return found("redundant-joints", names, text, remedy, redundant=count)
 
 
@@ -146,27 +138,20 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
 def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
     """Motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely."""
     # In `closed` clearance joints are ideal ones, and flexible bodies count as rigid; the pose (n_q,) is closed.
-    names = free_coordinates(closed, q)
-    if not names:
+    rigid, A = RigidMotion(closed), plain(body_rows(closed, q))
+    scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
+    ways = scipy.linalg.null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
+    if ways.shape[1] == 0:
         return []
+    # Coordinates whose rates can be chosen freely and then fix all others.
+    order = scipy.linalg.qr(ways.T, mode="r", pivoting=True)[1][: ways.shape[1]]
+    axes = ("x", "y", "theta")
+    names = tuple(f"{closed.names.bodies[k // 3]}.{axes[k % 3]}" for k in sorted(order.tolist()))
     verb = "is" if len(names) == 1 else "are"
     text = f"{counted(len(names), 'motion')} {verb} not driven; free coordinates, one choice: "
     text += listed(names, LISTED_MOTIONS)
     parts = tuple(dict.fromkeys(name.partition(".")[0] for name in names))
     return [found("free-motion", parts, f"{text}. Loads alone decide how they move.", free=len(names))]
-
-
-def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
-    """Coordinates of bodies whose rates can be chosen freely and then fix all others."""
-    rigid = RigidMotion(closed)
-    A = plain(body_rows(closed, q))
-    scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
-    ways = scipy.linalg.null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
-    if ways.shape[1] == 0:
-        return ()
-    order = scipy.linalg.qr(ways.T, mode="r", pivoting=True)[1][: ways.shape[1]]
-    axes = ("x", "y", "theta")
-    return tuple(f"{closed.names.bodies[k // 3]}.{axes[k % 3]}" for k in sorted(order.tolist()))
 
 
 # Closing of loops: in the reference configuration, and along the motion of the drives
@@ -184,22 +169,7 @@ ALIGNED = 0.02  # angle between two links that counts as 0 where a loop locks [r
 
 def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
     """Findings on loops that cannot close in the reference configuration."""
-    q, gaps = nearest_pose(closed)
-    names = tuple(gaps)
-    text = f"A loop cannot close: {', '.join(f'{name!r} stays open by {gap:.4g}' for name, gap in gaps.items())}"
-    text = f"{text} (m or rad) in the nearest pose."
-    G = body_rows(closed, shaken_pose(closed, q))
-    if surplus_rows(G):
-        parts = dependent_parts(closed, G)
-        return [found("contradicting-joints", parts, text, f"The joints {quoted(parts)} contradict one another.")]
-    if not names:
-        return [found("open-loop", (), str(error), "")]
-    remedy = "Check lengths and points of the links of that loop, or choose positions of the drives that it can reach."
-    return [found("open-loop", names, text, remedy, gap=max(gaps.values()))]
-
-
-def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
-    """The pose with the smallest gaps near the reference configuration, and the gaps of its open joints [m, rad]."""
+    # The pose with the smallest gaps near the reference configuration, and the gaps of its open joints [m, rad].
     system, rigid = StateEvaluation(closed), RigidMotion(closed)
     q = np.array(closed.reference.q)
     for _ in range(CREEPS):
@@ -216,7 +186,18 @@ def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
         q = rigid.moved(q, part * w)
     gaps = by_part(closed, system.at(q).residual)
     largest = max(gaps.values(), default=0.0)
-    return q, {name: gap for name, gap in gaps.items() if gap > 1e-3 * largest > 0.0}
+    gaps = {name: gap for name, gap in gaps.items() if gap > 1e-3 * largest > 0.0}
+    names = tuple(gaps)
+    text = f"A loop cannot close: {', '.join(f'{name!r} stays open by {gap:.4g}' for name, gap in gaps.items())}"
+    text = f"{text} (m or rad) in the nearest pose."
+    G = body_rows(closed, shaken_pose(closed, q))
+    if surplus_rows(G):
+        parts = dependent_parts(closed, G)
+        return [found("contradicting-joints", parts, text, f"The joints {quoted(parts)} contradict one another.")]
+    if not names:
+        return [found("open-loop", (), str(error), "")]
+    remedy = "Check lengths and points of the links of that loop, or choose positions of the drives that it can reach."
+    return [found("open-loop", names, text, remedy, gap=max(gaps.values()))]
 
 
 def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
@@ -226,10 +207,8 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
     positions = drive_positions(closed, np.zeros(1))
     begin = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *positions, strict=True))
     parts = weakest_parts(closed, body_rows(closed, q))
-    text = (
-        f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)} are"
-    )
-    text += " assembled on another branch than the one drawn."
+    text = f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)}"
+    text += " are assembled on another branch than the one drawn."
     remedy = "Draw the mechanism where its drives begin, on the branch that is meant."
     return [found("other-branch", parts, text, remedy)]
 
@@ -255,7 +234,12 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
             remedy = f"{finding.remedy} A flexible body has to bend."
             return [replace(finding, severity=WARNING, text=text, remedy=remedy)]
         if side * orientation(closed, pose, float(t)) < 0.0:
-            return [_crossed(closed, pose, good, float(t))]
+            parts = weakest_parts(closed, body_rows(closed, pose, float(t)))
+            text = f"Between t = {good:.6g} and {t:.6g} s the loops pass a singular pose, where two branches of the"
+            text += f" motion cross, and {quoted(parts)} no longer determine which one is followed."
+            remedy = "Change lengths so that the links never lie on one line, or add what guides real links"
+            remedy += " through that pose."
+            return [found("branch-point", parts, text, remedy, time=float(t))]
         good = float(t)
     return []
 
@@ -264,17 +248,6 @@ def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
     """Sign of the determinant of the constraints, which changes between branches; 0 where they are not square."""
     A = plain(body_rows(closed, pose, t))
     return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
-
-
-def _crossed(closed: Program, pose: np.ndarray, before: float, after: float) -> Finding:
-    """The finding on a singular pose that the drives pass between two instants [s]."""
-    parts = weakest_parts(closed, body_rows(closed, pose, after))
-    text = (
-        f"Between t = {before:.6g} and {after:.6g} s the loops pass a singular pose, where two branches of the motion"
-    )
-    text += f" cross, and {quoted(parts)} no longer determine which one is followed."
-    remedy = "Change lengths so that the links never lie on one line, or add what guides real links through that pose."
-    return found("branch-point", parts, text, remedy, time=after)
 
 
 def instants(closed: Program) -> np.ndarray:

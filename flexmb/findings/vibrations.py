@@ -128,20 +128,11 @@ class Looked:
         program, even = run.program, motion.even
         rows, first = _rows(program, motion.times, np.flatnonzero(even))
         return Looked(
-            program,
-            run.method,
-            begun,
-            float(run.flow.clock.t) - begun,
-            int(run.record.count.steps),
-            motion.fixed_step,
-            motion.times[rows],
-            motion.values[rows, : 3 * program.n_q].reshape(len(rows), 3, program.n_q),
-            motion.z[rows],
-            first,
-            motion.sizes[even],
-            program.closed_contacts(motion.z[even]),
+            program, run.method, begun, float(run.flow.clock.t) - begun, int(run.record.count.steps), motion.fixed_step,
+            motion.times[rows], motion.values[rows, : 3 * program.n_q].reshape(len(rows), 3, program.n_q),
+            motion.z[rows], first, motion.sizes[even], program.closed_contacts(motion.z[even]),
             run.flow.largest_states.copy(),
-        )
+        )  # fmt: skip
 
     def states(self, rows: Iterable[int]) -> list[State]:
         """States of some rows."""
@@ -188,7 +179,15 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
         same = {one.contacts: one.lost for one in sorted(near, key=lambda one: abs(one.lost.phase))}.values()
         lost = Loss(sum(one.phase for one in same), 1.0 - math.prod(1.0 - one.amplitude for one in same))
         if abs(lost.phase) >= LOST_PHASE or abs(lost.amplitude) >= LOST_AMPLITUDE:
-            yield _of_mode(mode._replace(lost=lost))
+            verb, part = "lose" if lost.amplitude >= 0.0 else "add", mode.moves.partition(".")[0]
+            text = f"The {mode.kind} of {mode.omega / (2.0 * np.pi):.4g} Hz (mostly {mode.moves}) carries "
+            text += f"{100.0 * min(mode.share, 1.0):.3g} % of the {mode.energy}; until the end the steps lose some "
+            text += f"{abs(lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(lost.amplitude):.3g} % of its "
+            remedy = "A smaller rtol or step, or RadauIIA(), loses less."
+            text, share = f"{text}amplitude.", mode.share
+            yield found(
+                "lost-vibration", (part,), text, remedy, phase=lost.phase, amplitude=lost.amplitude, share=share
+            )
             return
     if looked.fixed_step is not None and groups and groups[0].states[0].t == looked.begun:
         yield from _unresolved_start(program, groups[0], looked.fixed_step)
@@ -220,7 +219,11 @@ def _modes(looked: Looked, found: list[Vibrations]) -> Iterator[Mode]:
     for states, energies, modes in found:
         contacts = program.closed_contacts(states[0].z)
         rows = (looked.closed == contacts).all(axis=-1)
-        shares, decayed = shares_of(energies, modes.elastic)
+        # Largest shares in a third of the run, and whether modes die out.
+        whole = _of_kind(energies[:, 0].mean(axis=0), modes.elastic)
+        thirds = np.array([third.mean(axis=0).min(axis=0) for third in np.array_split(energies, 3) if len(third)])
+        shares = np.divide(thirds.max(axis=0), whole, out=0.0 * whole, where=whole > 0.0)
+        decayed = thirds[-1] < DECAY * thirds[0]
         for k in np.flatnonzero(shares > ENERGY_SHARE) if len(states) >= FEWEST_STATES else ():
             lost = looked.loss(float(modes.omega[k]), float(modes.decay[k]), rows)
             words = ("vibration", energy) if modes.elastic[k] else ("swing under its loads", "energy of swings")
@@ -264,20 +267,6 @@ def _unresolved_start(program: Program, group: Vibrations, h: float) -> Iterator
     yield found("coarse-step", (moves.partition(".")[0],), text, remedy, step=h, period=period)
 
 
-def _of_mode(mode: Mode) -> Finding:
-    """Finding on a vibration."""
-    verb = "lose" if mode.lost.amplitude >= 0.0 else "add"
-    text = (
-        f"The {mode.kind} of {mode.omega / (2.0 * np.pi):.4g} Hz (mostly {mode.moves}) carries "
-        f"{100.0 * min(mode.share, 1.0):.3g} % of the {mode.energy}; until the end the steps lose some "
-        f"{abs(mode.lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(mode.lost.amplitude):.3g} % of its "
-        "amplitude."
-    )
-    remedy, part = "A smaller rtol or step, or RadauIIA(), loses less.", mode.moves.partition(".")[0]
-    phase, amplitude = mode.lost
-    return found("lost-vibration", (part,), text, remedy, phase=phase, amplitude=amplitude, share=mode.share)
-
-
 def _moves(program: Program, modes: LinearModes, k: int) -> str:
     """Name of the coordinate that mode k moves most."""
     from flexmb.statics.eigen import moves_most
@@ -304,10 +293,3 @@ def _rows(program: Program, times: np.ndarray, kept: np.ndarray) -> tuple[np.nda
 def _of_kind(each: np.ndarray, elastic: np.ndarray) -> np.ndarray:
     """Sums (k,) over all modes of the kind, elastic or not, of each mode."""
     return np.asarray(np.where(elastic, each[elastic].sum(), each[~elastic].sum()))
-
-
-def shares_of(energies: np.ndarray, elastic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Largest shares (k,) of modes with `energies` (states, 3, k) in a third of the run, and whether they die out."""
-    whole = _of_kind(energies[:, 0].mean(axis=0), elastic)
-    thirds = np.array([third.mean(axis=0).min(axis=0) for third in np.array_split(energies, 3) if len(third)])
-    return np.divide(thirds.max(axis=0), whole, out=0.0 * whole, where=whole > 0.0), thirds[-1] < DECAY * thirds[0]

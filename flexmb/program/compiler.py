@@ -46,13 +46,18 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     # `KernelError` on wrong unpacking or indexing, or results that are not finite, names part, kernel and remedy.
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[Any, ...]] = set()
+    distinct: dict[tuple[Any, ...], ElementContribution] = {}  # by kernels and numbers of parameters
+    for e in contributions.elements:
+        kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.damping, e.factor and e.factor.kernel
+        distinct.setdefault((*map(id, kernels), len(e.p), e.factor and len(e.factor.parameters())), e)
     pieces: tuple[Any, ...] = (
-        *_distinct_elements(contributions.elements), *contributions.constraints, *contributions.contacts,
+        *distinct.values(), *contributions.constraints, *contributions.contacts,
         *contributions.signals, *contributions.controls,
     )  # fmt: skip
     for contribution in pieces:
         for kernel, p, z, what in _kernels_of(contribution):
-            sizes = _sizes_of(contribution) if kernel.contract.name == "control" else ()
+            lists = ("inputs", "states", "outputs") if kernel.contract.name == "control" else ()
+            sizes = tuple(len(getattr(contribution, name)) for name in lists)
             if (id(kernel), len(p), sizes) in seen:
                 continue
             seen.add((id(kernel), len(p), sizes))
@@ -65,16 +70,6 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
             if len(_GOOD) >= REMEMBERED_CALLS:
                 _GOOD.clear()
             _GOOD[call] = kernel
-
-
-def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementContribution]:
-    """The first elements of each set of kernels and number of parameters."""
-    found: dict[tuple[Any, ...], ElementContribution] = {}
-    for e in elements:
-        kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.damping, e.factor and e.factor.kernel
-        lengths = len(e.p), e.factor and len(e.factor.parameters())
-        found.setdefault((*map(id, kernels), *lengths), e)
-    return list(found.values())
 
 
 REMEMBERED_CALLS = 4096  # number of successful calls that are remembered
@@ -116,8 +111,11 @@ def _law(law: Law) -> KernelCall:
 def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history: Sequence[float]) -> list[Any]:
     """Arguments of a kernel after p: at rest, in the reference configuration, at t = 0; laws at a small penetration."""
     name, n, m = kernel.contract.name, len(pose), getattr(contribution, "rows", 0)
-    if name == "control":
-        return _arguments_of_control(contribution)
+    if name == "control":  # all inputs 0, states as at the start; the law can write to none of these
+        read = np.zeros(len(contribution.inputs)), np.array(contribution.start, dtype=float)
+        for array in read:
+            array.flags.writeable = False
+        return [0.0, *read, np.zeros(len(contribution.states)), np.zeros(len(contribution.outputs))]
     h = 1e-6 if name in ("normal", "friction") else 0.0
     numbers = {"t": 0.0, "h": h, "least": -1.0, "kq": 1.0, "kv": 1.0, "ka": 1.0}
     numbers |= {"gap": -1e-6, "gap_rate": -1e-3, "slip": -1e-6, "N": 1e-3}
@@ -129,19 +127,6 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
         numbers[x] if x in numbers else np.array(given[x], dtype=float) if x in given else np.zeros(sizes[x])
         for x in kernel.contract.parameters[1:]
     ]
-
-
-def _sizes_of(control: ControlContribution) -> tuple[int, int, int]:
-    """Numbers of inputs, states and outputs."""
-    return len(control.inputs), len(control.states), len(control.outputs)
-
-
-def _arguments_of_control(control: ControlContribution) -> list[Any]:
-    """Arguments of a control law after p: all inputs 0, states as at the start; the law can write to none of these."""
-    given = np.zeros(len(control.inputs)), np.array(control.start, dtype=float)
-    for array in given:
-        array.flags.writeable = False
-    return [0.0, *given, np.zeros(len(control.states)), np.zeros(len(control.outputs))]
 
 
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
@@ -296,25 +281,18 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
     structure = structure_of(contributions, number, listed)
     p, z = flat(listed)
     driven = [row for c in contributions.constraints for row in c.motions]
+    inputs = [source.motion for control in contributions.controls for source in control.sources]
+    motions = [*[row.motion for row in driven], *[e.factor for e in contributions.elements], *inputs]
     names = replace(structure.names, bodies=tuple(body.name for body in mechanism.bodies), aliases=others)
     return Program(
-        mechanism.name,
-        structure.tables.replaced(p=p),
-        structure.kernels,
-        structure.symbolic,
-        reference_configuration(mechanism, number, z),
-        names,
-        shapes,
-        tuple(period_of(row) for row in driven),
-        structure.drives,
-        number.extent,
-        min((c.p[0] or math.inf for c in contributions.contacts), default=None),
-        motions_of(contributions),
-        tuple(c.normal for c in contributions.contacts),
+        mechanism.name, structure.tables.replaced(p=p), structure.kernels, structure.symbolic,
+        reference_configuration(mechanism, number, z), names, shapes, tuple(period_of(row) for row in driven),
+        structure.drives, number.extent, min((c.p[0] or math.inf for c in contributions.contacts), default=None),
+        tuple([motion for motion in motions if motion is not None]), tuple(c.normal for c in contributions.contacts),
         samplers(declared, contributions.controls, structure.tables.controls.z, names),
         tuple(c.part for c in contributions.controls),
         tuple(number.dofs(state_coordinates(c))[k] for c in declared if c.sample is None for k in c.settled),
-    )
+    )  # fmt: skip
 
 
 def period_of(row: RowMotion) -> float | None:
@@ -326,14 +304,6 @@ def period_of(row: RowMotion) -> float | None:
     first, half, last = (motion.kernel(p, part * period)[0] for part in (0.0, 0.37, 1.0))
     size = max(abs(first), abs(half - first))
     return period if abs(last - first) <= 1e-9 * size else None
-
-
-def motions_of(contributions: Contributions) -> tuple[Motion, ...]:
-    """Motions of drives, factors of loads, and prescribed inputs of controls that act at all times."""
-    driven = [row.motion for c in contributions.constraints for row in c.motions]
-    inputs = [source.motion for control in contributions.controls for source in control.sources]
-    found = [*driven, *[e.factor for e in contributions.elements], *inputs]
-    return tuple([motion for motion in found if motion is not None])
 
 
 def chosen_contributions(
@@ -357,9 +327,8 @@ def chosen_contributions(
     own = {name for control in contributions.controls for name in control.loads}
     elements = tuple([e for e in contributions.elements if not own or e.part not in own])
     signals = tuple([s for s in contributions.signals if not own or s.part not in own])
-    return replace(
-        contributions, elements=elements, constraints=constraints, contacts=contacts, signals=signals, controls=()
-    )
+    uncontrolled = replace(contributions, elements=elements, signals=signals, controls=())
+    return replace(uncontrolled, constraints=constraints, contacts=contacts)
 
 
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:

@@ -49,7 +49,12 @@ class Numbering:
     def __init__(self, mechanism: Mechanism, *, controls: bool = True) -> None:
         bodies = mechanism.nodes()
         self.n_b = 3 * len(bodies)
-        self._states = state_nodes(mechanism) if controls else []
+        # controller, node and names of three states at a time of controllers without sampling; missing ones stay 0
+        self._states: list[tuple[str, Node, tuple[str, ...]]] = []
+        for control in [controller.control() for controller in mechanism.controllers] if controls else ():
+            for k in range(0, 0 if control.sample is not None else len(control.states), 3):
+                names = (*control.states[k : k + 3], *UNUSED)[:3]
+                self._states.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), names))
         self.nodes: tuple[tuple[str, Node], ...] = (*bodies, *((part, node) for part, node, _ in self._states))
         self.of_body: dict[str, tuple[int, int]] = {}  # where the coordinates of each body begin and end
         for k, (part, _) in enumerate(self.nodes):
@@ -90,19 +95,6 @@ class Numbering:
         end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
         extent, distance = float(np.hypot(*(points - end).T).max()), float(np.hypot(*points.T).max())
         return (extent if extent > ONE_PLACE * distance else distance) or 1.0
-
-
-def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, str]]]:
-    """Controller, node and names of three states at a time of controllers without sampling; missing ones stay 0."""
-    found = []
-    for controller in mechanism.controllers:
-        control = controller.control()
-        if control.sample is not None:
-            continue
-        for k in range(0, len(control.states), 3):
-            names = (*control.states[k : k + 3], *UNUSED)
-            found.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), (names[0], names[1], names[2])))
-    return found
 
 
 def state_node(state: int) -> str:

@@ -374,9 +374,8 @@ class Program:
     def shortest(self) -> float:
         """Least distance of neighbouring nodes of a deformable body, as drawn, or the size of the mechanism [m]."""
         E, n_b, q = self.tables.elements, self.tables.sizes.n_b, self.reference.q
-        owners = [
-            name.split(".")[:-2] for name in self.names.coordinates[:n_b:3]
-        ]  # part, node, axis; [] of rigid bodies
+        # part, node, axis; [] of rigid bodies
+        owners = [name.split(".")[:-2] for name in self.names.coordinates[:n_b:3]]
         begin = E.dof[:-1][np.diff(E.dof) >= 6]
         first, second = E.dofs[begin].astype(int), E.dofs[begin + 3].astype(int)
         both = (first < n_b) & (second < n_b) & (first % 3 == 0) & (second % 3 == 0)

@@ -124,14 +124,11 @@ class Blocks:
 
 def zeros_of_elements(elements: Sequence[ElementContribution]) -> np.ndarray:
     """Whether each entry of the blocks of elements is always zero."""
-    return np.concatenate(
-        [np.zeros(0, dtype=bool), *[_zeros_of_element(len(e.coordinates), e.diagonal) for e in elements]]
-    )
-
-
-@cache
-def _zeros_of_element(n: int, diagonal: bool) -> np.ndarray:
-    return np.ravel(~np.eye(n, dtype=bool) if diagonal else np.zeros((n, n), dtype=bool))
+    found = [np.zeros(0, dtype=bool)]
+    for e in elements:
+        n = len(e.coordinates)
+        found.append(_zeros(n, n, tuple((k, k) for k in range(n)) if e.diagonal else None))
+    return np.concatenate(found)
 
 
 def zeros_of_constraints(constraints: Sequence[ConstraintContribution]) -> tuple[np.ndarray, np.ndarray]:
@@ -400,9 +397,9 @@ class Packer:
             return first[one.control] + int(one.output)
         if one.kind == at.MEASURED:
             return int(self.numbered("signal", [one.kernel])[0])
-        return (
-            int(self.numbered("motion", [one.motion.kernel])[0]) if one.motion else self.number.dofs(one.coordinates)[0]
-        )
+        if one.motion:
+            return int(self.numbered("motion", [one.motion.kernel])[0])
+        return self.number.dofs(one.coordinates)[0]
 
     def measured(self) -> Measured:
         """Arrays of the signals computed by kernels, and of relative rotations."""
@@ -435,10 +432,8 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
         return -1
     own = [name for part, name in rates if part == contribution.part]
     if reaction.rate not in own:
-        text = (
-            f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no signal"
-        )
-        raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
+        text = f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no"
+        raise KernelError(f"{text} signal of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
     return rates[contribution.part, reaction.rate]
 
 
@@ -552,10 +547,7 @@ def new_structure(
     tables = Tables(sizes, p, elements, constraints, contacts, measured, controls, kind)
     freeze(tables)
     equations = tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows))
-    owners, labels = (
-        tuple(map(attrgetter("part"), contributions.elements)),
-        tuple(c.label for c in contributions.contacts),
-    )
+    owners, labels = (tuple(e.part for e in contributions.elements), tuple(c.label for c in contributions.contacts))
     names = Names(owners, packer.names, equations, labels, (), places.signals, {})
     driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
     kernels = tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in at.KINDS)

@@ -139,16 +139,8 @@ class Chords:
             chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
             if min(chords) < math.inf:
                 self.pieces.append((motion, edges[1:-1], chords))
-        self.findings: tuple[Finding, ...] = ()
-        if isinstance(run.step, FixedStep):
-            self.findings = tuple(self._coarse(run.program.name, run.step.size))
-
-    def longest(self, t: float) -> float:
-        """Longest step about the instant t [s]; inf: any."""
-        return min((chords[bisect(edges, t)] for _, edges, chords in self.pieces), default=math.inf)
-
-    def _coarse(self, name: str, h: float) -> Iterator[Finding]:
-        """Findings on a fixed step h [s] that hardly sees a motion."""
+        self.findings: list[Finding] = []
+        h = run.step.size if isinstance(run.step, FixedStep) else 0.0
         for motion, _, chords in self.pieces:
             cycle = CHORDS_OF_A_SINE * min(chords)
             if h <= cycle / LEAST_CLEAR * (1.0 - 1e-9):
@@ -157,8 +149,13 @@ class Chords:
             text = f"fixed step of {h:.3g} s is {h / cycle:.2g} cycles of {what}, whose shortest lasts {cycle:.3g} s"
             remedy = f"Take steps of {min(chords):.2g} s, or Adaptive()."
             if h * LEAST_SEEN >= cycle * (1.0 - 1e-9):
-                raise InputError(f"simulate {name!r}: a {text}: the steps see another motion. {remedy}")
-            yield found("coarse-step", (), f"A {text}: few steps see the motion.", remedy, step=h, cycle=cycle)
+                raise InputError(f"simulate {run.program.name!r}: a {text}: the steps see another motion. {remedy}")
+            text = f"A {text}: few steps see the motion."
+            self.findings.append(found("coarse-step", (), text, remedy, step=h, cycle=cycle))
+
+    def longest(self, t: float) -> float:
+        """Longest step about the instant t [s]; inf: any."""
+        return min((chords[bisect(edges, t)] for _, edges, chords in self.pieces), default=math.inf)
 
 
 def passed_contacts(run: Run) -> Iterator[Finding]:
@@ -204,18 +201,10 @@ class Run:
     """One run of a program; see `simulate` for the arguments."""
 
     def __init__(
-        self,
-        program: Program,
-        method: Method,
-        step: FixedStep | Adaptive,
-        t_end: float,
-        period: float | None,
-        *,
-        mechanism: Mechanism | None = None,
-        max_steps: int | None = None,
-        progress: bool = False,
+        self, program: Program, method: Method, step: FixedStep | Adaptive, t_end: float, period: float | None, *,
+        mechanism: Mechanism | None = None, max_steps: int | None = None, progress: bool = False,
         kept: np.ndarray | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.method, self.step, self.stepper = method, step, method.stepper(program, mechanism)
         self.mechanism = mechanism
         self.program = program = self.stepper.program
@@ -425,20 +414,12 @@ class Run:
     def options(self, end: float, saving: float) -> Options:
         """Options of the compiled loop for a run until `end` that saves every `saving` [s]."""
         return Options(
-            self.stepper.regular,
-            self.stepper.first,
-            self.stepper.form,
-            NEWTON_TOLERANCE,
-            NEWTON_ITERATIONS,
-            float(self.program.length),
-            FARTHEST_LEAP * self.program.shortest,
-            isinstance(self.step, Adaptive),
-            float(self.error),
-            max(float(self.h_min), least_step(end)),
-            min(float(self.h_max), self.chords.longest(0.5 * (float(self.flow.clock.t) + end))),
-            float(end),
+            self.stepper.regular, self.stepper.first, self.stepper.form, NEWTON_TOLERANCE, NEWTON_ITERATIONS,
+            float(self.program.length), FARTHEST_LEAP * self.program.shortest, isinstance(self.step, Adaptive),
+            float(self.error), max(float(self.h_min), least_step(end)),
+            min(float(self.h_max), self.chords.longest(0.5 * (float(self.flow.clock.t) + end))), float(end),
             float(saving),
-        )
+        )  # fmt: skip
 
     def _fetch_buffer(self) -> None:
         if self.record.count.episodes:
@@ -458,13 +439,9 @@ class Run:
             self._fetch_buffer()
 
     def solution(
-        self,
-        model: dict[str, Any],
-        *,
-        findings: Sequence[Finding] = (),
-        late: LateFindings | None = None,
+        self, model: dict[str, Any], *, findings: Sequence[Finding] = (), late: LateFindings | None = None,
         wall_time: float = 0.0,
-    ) -> Solution:
+    ) -> Solution:  # fmt: skip
         """Solution of the run so far, with findings, later findings, and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
         faults, status = sentences(findings, errors=True), self.status()

@@ -181,14 +181,9 @@ def _run_through(run: Run, stopping: StopConditions, begin: float, end: float, g
 
 
 def _solution(
-    run: Run,
-    mechanism: Mechanism,
-    closed: Program,
-    begun_saved: tuple[float, float],
-    model: dict[str, Any],
-    kept_file: Checkpoints | None,
-    started: float,
-) -> Solution:
+    run: Run, mechanism: Mechanism, closed: Program, begun_saved: tuple[float, float], model: dict[str, Any],
+    kept_file: Checkpoints | None, started: float,
+) -> Solution:  # fmt: skip
     """Solution of a run that has ended, with findings; its checkpoint is written or removed."""
     # `begun_saved` holds the instants at which the run and its saving began [s].
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
@@ -243,14 +238,9 @@ def prepared(
 
 
 def begin_or_resume(
-    run: Run,
-    mechanism: Mechanism,
-    closed: Program,
-    label: str,
-    restart: Mapping[str, np.ndarray] | None,
-    redundant: str,
-    end: float,
-) -> None:
+    run: Run, mechanism: Mechanism, closed: Program, label: str, restart: Mapping[str, np.ndarray] | None,
+    redundant: str, end: float,
+) -> None:  # fmt: skip
     """Begin a run in the reference configuration, or go on from a restart, which must not lie beyond its `end` [s]."""
     least = redundant == LEAST_NORM
     if restart is None:

@@ -137,11 +137,6 @@ class StopConditions:
         one = self.conditions[number]
         return one.text if one.is_fault else ""
 
-    def is_pushed(self, number: int, values: np.ndarray) -> bool:
-        """Whether a condition counts at a row of all signals."""
-        name = self.conditions[number].pushed_by
-        return not name or float(values[self.signals.places[name]]) > 0.0
-
     def met(self, before: np.ndarray, after: np.ndarray) -> str:
         """The first condition that is met between two rows of all signals, in words; "" for none."""
         numbers = self.all_met(before, after)
@@ -203,7 +198,8 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
     # `interval` the time between saved instants [s].
     number = int(run.record.count.condition) - 1
     if begun is None or watch.fault(number):
-        if not watch.is_pushed(number, run.record.signals):
+        pushed_by = watch.conditions[number].pushed_by
+        if pushed_by and not float(run.record.signals[watch.signals.places[pushed_by]]) > 0.0:
             return BUFFER_FULL  # the run goes on, after saved instants that may be due
         run.note = f"Stopped: {watch.fault(number)}"
         return RUNNING

@@ -308,15 +308,9 @@ def _with_copies(A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted
 
 
 def damped(
-    K: sp.csc_matrix,
-    C: sp.csc_matrix,
-    M: sp.csc_matrix,
-    G: sp.csr_matrix,
-    rigid: np.ndarray,
-    count: int,
-    *,
+    K: sp.csc_matrix, C: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, *,
     kept: bool = False,
-) -> Eigenpairs:
+) -> Eigenpairs:  # fmt: skip
     """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0."""
     # x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G

@@ -62,17 +62,13 @@ def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
         dofs, out = K.dofs[6 * k : 6 * k + 6], system.work.contact[k, :GAP_SIZE]
         jacobians(out, rows)
         growth = system.work.slopes[k, N_BY_GAP] * float(rows[at.NORMAL] @ moved[dofs])
-        found[np.ix_(dofs, dofs)] -= growth * _normal_slopes(out)
+        # Derivatives of J_n by the coordinates; rows are entries of J_n.
+        nx, ny, ax, ay, bx, by = out[[at.NORMAL_X, at.NORMAL_Y, at.ARM1_X, at.ARM1_Y, at.ARM2_X, at.ARM2_Y]]
+        first = (at.NORMAL_X_Q, at.NORMAL_Y_Q, at.ARM1_X_Q, at.ARM1_Y_Q, at.ARM2_X_Q, at.ARM2_Y_Q)
+        x, y, axq, ayq, bxq, byq = (out[place : place + 6] for place in first)
+        turn1, turn2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by + ny * bxq - nx * byq
+        found[np.ix_(dofs, dofs)] -= growth * np.stack([x, y, turn1, -x, -y, -turn2])
     return found[:n, :n].tocsc()
-
-
-def _normal_slopes(out: np.ndarray) -> np.ndarray:
-    """Derivatives of J_n (6, 6) by the coordinates; rows are entries of J_n."""
-    nx, ny, ax, ay, bx, by = out[[at.NORMAL_X, at.NORMAL_Y, at.ARM1_X, at.ARM1_Y, at.ARM2_X, at.ARM2_Y]]
-    first = (at.NORMAL_X_Q, at.NORMAL_Y_Q, at.ARM1_X_Q, at.ARM1_Y_Q, at.ARM2_X_Q, at.ARM2_Y_Q)
-    x, y, axq, ayq, bxq, byq = (out[place : place + 6] for place in first)
-    turn1, turn2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by + ny * bxq - nx * byq
-    return np.stack([x, y, turn1, -x, -y, -turn2])
 
 
 # Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums
@@ -94,8 +90,13 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     spin.at(system, q)
     forces = float(np.abs(system.force * size).max(initial=0.0))
-    lam = least_multipliers(system.jacobian, system.force)
-    unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
+    # Multipliers of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular.
+    G, none = system.jacobian, np.zeros(program.n_c)
+    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
+    bordered = sp.block_array([[sp.eye_array(n), G.T @ scale], [scale @ G, -INDEPENDENCE * sp.eye_array(len(none))]])
+    lam = np.asarray(scale @ splu(bordered.tocsc()).solve(np.append(-system.force, none))[n:])
+    unbalanced = float(np.abs((system.force + G.T @ lam) * size).max(initial=0.0))
     system.at(q, weights=(1.0, 0.0, 0.0))
     stiffest = float((abs(system.block()) @ size * size).max(initial=0.0))
     if unbalanced <= max(1e-12 * forces, ROUND_OFF * stiffest):
@@ -118,24 +119,10 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     return None
 
 
-def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
-    """Multipliers (n_c,) of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular."""
-    m, n = G.shape
-    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
-    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
-    rows = scale @ G
-    bordered = sp.block_array([[sp.eye_array(n), rows.T], [rows, -INDEPENDENCE * sp.eye_array(m)]]).tocsc()
-    return np.asarray(scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:])
-
-
 def _stride(
-    program: Program,
-    system: StateEvaluation,
-    start: tuple[np.ndarray, np.ndarray],
-    viscosity: np.ndarray,
-    diagonal: np.ndarray,
-    spin: Spin,
-) -> tuple[np.ndarray, np.ndarray] | None:
+    program: Program, system: StateEvaluation, start: tuple[np.ndarray, np.ndarray], viscosity: np.ndarray,
+    diagonal: np.ndarray, spin: Spin,
+) -> tuple[np.ndarray, np.ndarray] | None:  # fmt: skip
     """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
     n, size = program.n_q, program.sizes
     first = start[0]
@@ -239,7 +226,16 @@ def at_rest(
     q = np.array(program.reference.q)
     free = unresisted(program, system, q)
     if free:
-        return _held_by_loads(program, system, q, full, free)
+        # Loads alone resist some motions.
+        found = relax(program, system, q, full)
+        if found is None:
+            check_independent(program, np.array(program.reference.q))
+            raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
+        q, lam = found
+        exact = _newton(program, system, q, lam, np.zeros(program.n_q), full)
+        if exact is None or unresisted(program, system, *exact[:2]):
+            raise SolveError(_free_motion_error(program, free))
+        return exact[:3]
     return _grow_loads(mechanism, program, system, q, load_steps, full)
 
 
@@ -284,21 +280,6 @@ def _grow_loads(
     return q, lam, total
 
 
-def _held_by_loads(
-    program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin, free: str
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations of an equilibrium in which loads alone resist some motions."""
-    found = relax(program, system, q, spin)
-    if found is None:
-        check_independent(program, np.array(program.reference.q))
-        raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
-    q, lam = found
-    exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
-    if exact is None or unresisted(program, system, *exact[:2]):
-        raise SolveError(_free_motion_error(program, free))
-    return exact[:3]
-
-
 def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
     """Function of the load factor that returns the program with follower loads times that factor."""
     parts = [load.share(0.0) for load in mechanism.parts]
@@ -316,14 +297,9 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
 
 
 def _newton(
-    program: Program,
-    system: StateEvaluation,
-    q: np.ndarray,
-    lam: np.ndarray,
-    held: np.ndarray,
-    spin: Spin,
+    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin,
     most: int = MOST_ITERATIONS,
-) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:
+) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:  # fmt: skip
     """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, np.zeros(0)
     q, lam, size = q.copy(), lam.copy(), program.sizes
@@ -346,13 +322,9 @@ def _newton(
 
 
 def _against_tangents(
-    program: Program,
-    system: StateEvaluation,
-    q: np.ndarray,
-    found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
-    held: np.ndarray,
-    spin: Spin,
-) -> tuple[float, float, float]:
+    program: Program, system: StateEvaluation, q: np.ndarray, found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
+    held: np.ndarray, spin: Spin,
+) -> tuple[float, float, float]:  # fmt: skip
     """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through."""
     # The system is evaluated at the start of the step. Towards a limit point the distances by the tangents grow; only a
     # snap-through is longer than both. Where a stop begins to carry, or ceases to, it is judged by the longer one.

@@ -45,12 +45,9 @@ class Spin:
         return v.ravel(), a.ravel()
 
     def at(
-        self,
-        system: StateEvaluation,
-        q: np.ndarray,
-        lam: np.ndarray | None = None,
+        self, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None,
         weights: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    ) -> StateEvaluation:
+    ) -> StateEvaluation:  # fmt: skip
         """Evaluate a program that turns with the frame."""
         return system.at(q, *self.motion(q), lam, weights=weights)
 
@@ -75,7 +72,15 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: State
         text = f"{owner}: gravity is {mechanism.gravity} and spin is {spin.speed:g} rad/s; seen from the turning frame"
         raise InputError(f"{text} gravity turns, and nothing is steady. Set gravity to (0, 0), or simulate the motion.")
     driven = program.tables.constraints.motion >= 0
-    sense = turning_sense(mechanism)
+    # Sense of a driven coordinate: 1 body against ground, -1 ground against body, else 0. The ground as it is drawn
+    # stands still, so only such a row may have the speed of the frame.
+    sense = {}
+    for contribution in mechanism.contributions().constraints:
+        ends = (contribution.coordinates[0][0], contribution.coordinates[-1][0])
+        way = 1 if ends[0] == GROUND.name else -1 if ends[1] == GROUND.name else 0
+        for row in contribution.motions:
+            name = f"{contribution.part}.{row.name}" if row.name else contribution.part
+            sense[name] = way if row.units[0] == "rad" else 0
     for name, speed in zip(program.drives, system.work.drive[driven, MOTION_RATE], strict=True):
         if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SPEED_TOLERANCE * abs(spin.speed)):
             continue
@@ -83,19 +88,6 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: State
         remedy = "Give both the same speed." if sense[name] else still
         text = f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s;"
         raise InputError(f"{text} a steady rotation needs drives that stand still in it. {remedy}")
-
-
-def turning_sense(mechanism: Mechanism) -> dict[str, int]:
-    """Sense of every driven coordinate by name: 1 body against ground, -1 ground against body, else 0."""
-    # The ground as it is drawn stands still, so only such a row may have the speed of the frame.
-    found = {}
-    for contribution in mechanism.contributions().constraints:
-        ends = (contribution.coordinates[0][0], contribution.coordinates[-1][0])
-        sense = 1 if ends[0] == GROUND.name else -1 if ends[1] == GROUND.name else 0
-        for row in contribution.motions:
-            name = f"{contribution.part}.{row.name}" if row.name else contribution.part
-            found[name] = sense if row.units[0] == "rad" else 0
-    return found
 
 
 @record

@@ -64,7 +64,11 @@ class Branch(arguments.Checked):
         ------
         InputError : a number beyond the branch.
         """
-        run = self._point(point).shooting_run
+        if not isinstance(point, BranchPoint):
+            if not -len(self.points) <= checks.count("Branch", "point", point, -len(self.points)) < len(self.points):
+                raise InputError(f"Branch of {self.name!r}: point is {point}; there are {len(self.points)}.")
+            point = self.points[point]
+        run = point.shooting_run
         shooting = self.shooting.copy(self.shooting.times, self.shooting.segments)
         result = correct(shooting, run.starts, run.period, run.value, tolerance=self.tolerance, iterations=10)
         return orbit_of(shooting, result, self.gaps)
@@ -185,13 +189,6 @@ class Branch(arguments.Checked):
         coordinate = (axis, np.array([p.value for p in points]))
         attrs = {"name": self.name, "parameter": self.parameter, "ok": int(self.ok), "status": self.status}
         return xr.Dataset(data, {self.parameter: coordinate}, attrs)
-
-    def _point(self, point: int | BranchPoint) -> BranchPoint:
-        if isinstance(point, BranchPoint):
-            return point
-        if not -len(self.points) <= checks.count("Branch", "point", point, -len(self.points)) < len(self.points):
-            raise InputError(f"Branch of {self.name!r}: point is {point}; there are {len(self.points)}.")
-        return self.points[point]
 
     def event_of(self, label: str, event: Any, kinds: Sequence[str], wanted: str) -> BranchPoint:
         """The `event` of one of some `kinds`, an element of `events` or its number; `label`, `wanted`: for messages."""

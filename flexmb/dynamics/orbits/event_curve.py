@@ -140,7 +140,11 @@ def curve(
     (down, lower_end), (up, upper_end) = (plane.walk(middle, size, most, sign) for sign in (-1.0, 1.0))
     whole = [*down[::-1], middle, *up]
     ends = [f"{side} end: {end}" for side, end in (("lower", lower_end), ("upper", upper_end)) if end]
-    return _dataset(branch, event.kind, parameter, plane.units, whole, "; ".join(ends))
+    places = np.array([place for place, _ in whole]) * plane.units
+    period = ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units})
+    data = {branch.parameter: ("point", places[:, 0]), parameter: ("point", places[:, 1]), "period": period}
+    about = {"name": branch.name, "kind": event.kind, "ok": int(not ends), "status": "; ".join(ends) or "Whole."}
+    return xr.Dataset(data, attrs=about)
 
 
 def _plane(
@@ -166,13 +170,3 @@ def _plane(
     continuation = ImpactContinuation(shooting=shooting, bounds=(1.0, 1.0, 1.0), **about)
     run, other = continuation.grazing(event), (continuation.least_gap, continuation.listen_as)
     return Plane(continuation.coordinates, parameter, units, branch.tolerance, *other), run
-
-
-def _dataset(
-    branch: Branch, kind: str, parameter: str, units: np.ndarray, whole: list[CurvePoint], ends: str
-) -> xr.Dataset:
-    """Table of the points: both parameters and the period."""
-    places = np.array([place for place, _ in whole]) * units
-    period = ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units})
-    data = {branch.parameter: ("point", places[:, 0]), parameter: ("point", places[:, 1]), "period": period}
-    return xr.Dataset(data, attrs={"name": branch.name, "kind": kind, "ok": int(not ends), "status": ends or "Whole."})

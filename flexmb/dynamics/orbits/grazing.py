@@ -279,7 +279,11 @@ class ImpactContinuation(Continuation):
         other = self._enter(motion, value)
         if not isinstance(other, ContinuationPoint):
             return None, f"Ended at {value:.6g}: {other}"
-        return self._towards(other, point.ahead.value), ""
+        if other.ahead.value * point.ahead.value >= 0.0:
+            return other, ""
+        orbit = replace(other.point, rising=-other.point.rising)  # the parameter goes on with the sign of the point
+        tests = other.tests | {FOLD: -other.tests[FOLD]}
+        return replace(other, ahead=backwards(other.ahead), point=orbit, tests=tests), ""
 
     def _actual(self, point: BranchPoint) -> Motion | None:
         """The motion of an orbit, with no silent spans."""
@@ -287,14 +291,6 @@ class ImpactContinuation(Continuation):
         flow = self._listener().copy()
         flow.silent = ()
         return self._from(flow, point.state)
-
-    def _towards(self, point: ContinuationPoint, sign: float) -> ContinuationPoint:
-        """A point whose parameter goes on with the sign of a number."""
-        if point.ahead.value * sign >= 0.0:
-            return point
-        ahead = backwards(point.ahead)
-        orbit = replace(point.point, rising=-point.point.rising)
-        return replace(point, ahead=ahead, point=orbit, tests=point.tests | {FOLD: -point.tests[FOLD]})
 
     def _passed(
         self, last: ContinuationPoint, position: float, grazing: ContinuationPoint, name: str

@@ -54,15 +54,9 @@ class NewtonResult(NamedTuple):
 
 
 def correct(
-    shooting: Shooting,
-    starts: np.ndarray,
-    period: float,
-    value: float,
-    *,
-    tolerance: float,
-    iterations: int,
+    shooting: Shooting, starts: np.ndarray, period: float, value: float, *, tolerance: float, iterations: int,
     plane: ArclengthPlane | None = None,
-) -> NewtonResult:
+) -> NewtonResult:  # fmt: skip
     """Periodic orbit by Newton's method, from starts (M, size), a period and a parameter (NaN: no parameter)."""
     # The tolerance is the largest gap over the size of the states; `plane` is the equation for an unknown parameter,
     # None if it is fixed.

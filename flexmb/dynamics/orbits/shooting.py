@@ -109,17 +109,9 @@ class Shooting:
     """Multiple shooting of a flow or map, with the arguments of `periodic_orbit`."""
 
     def __init__(
-        self,
-        label: str,
-        system: Dynamics,
-        *,
-        period: Period,
-        times: int = 1,
-        autonomous: bool = False,
-        segments: int = 1,
-        tangent: str = TANGENTS[0],
-        angles: tuple[str, ...] = (),
-    ) -> None:
+        self, label: str, system: Dynamics, *, period: Period, times: int = 1, autonomous: bool = False,
+        segments: int = 1, tangent: str = TANGENTS[0], angles: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
         self.label, self.system, self.autonomous, self.segments = label, system, autonomous, segments
         self.times, self.declared, self.angles = checks.count(label, "times", times), period, angles
         self.tangent = checks.one_of(label, "tangent", tangent, TANGENTS)
@@ -212,17 +204,12 @@ class Shooting:
         self.scale = max(self.scale, *lengths)
         following = [(j + 1) % M for j in range(M)]
         return ShootingRun(
-            np.array(start),
-            np.array(end),
-            np.array(W),
+            np.array(start), np.array(end), np.array(W),
             np.array([weighted[k] @ carried_bases[j] for j, k in enumerate(following)]),
             np.array([weighted[k] @ gaps[j] for j, k in enumerate(following)]),
-            np.array([weighted[k] @ rate[j] / M for j, k in enumerate(following)]),
-            weighted[0] @ drift[0],
-            miss,
-            period,
-            value,
-        )
+            np.array([weighted[k] @ rate[j] / M for j, k in enumerate(following)]), weighted[0] @ drift[0], miss,
+            period, value,
+        )  # fmt: skip
 
     def by_parameter(self, run: ShootingRun, small: float) -> np.ndarray:
         """Derivatives (M, d) of the gaps by the parameter, by central differences; NaN after a failure."""

@@ -72,12 +72,9 @@ FLOW = 8.0  # number of samples in a mean period above which a signal belongs to
 
 
 def estimate(
-    method: str,
-    slope: Callable[..., Slope],
-    signal: Any,
-    interval: Any,
+    method: str, slope: Callable[..., Slope], signal: Any, interval: Any,
     options: tuple[int | None, int | None, int | None],
-) -> SeriesExponent:
+) -> SeriesExponent:  # fmt: skip
     """The exponent from the slopes in two embedding dimensions: the common part of all methods."""
     # `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
     # of `spacing`, `options` are delay, dimension, theiler of the methods.

@@ -351,21 +351,11 @@ def sweep(
     work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
     given = checks.mapping(label, "dims", dims)
     names = {name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names")) for name, d in given.items()}
-    record = work.record(
-        "sweep",
-        points.dims,
-        points.shape,
-        lambda: (
-            settings_of(fixed_values, function)
-            | {
-                "ok": "if all runs reached their ends",
-                "function": label_of(function),
-                "points": list(points.dims),
-                "values": {name: shown_values(list(column)) for name, column in points.values.items()},
-                "dims": {name: list(dims_of_one) for name, dims_of_one in sorted(names.items())},
-            }
-        ),
-    )
+    record = work.record("sweep", points.dims, points.shape, lambda: settings_of(fixed_values, function) | {
+        "ok": "if all runs reached their ends", "function": label_of(function), "points": list(points.dims),
+        "values": {name: shown_values(list(column)) for name, column in points.values.items()},
+        "dims": {name: list(dims_of_one) for name, dims_of_one in sorted(names.items())},
+    })  # fmt: skip
     for name in points.values:
         record.coordinate(name, *points.coordinate(name), unit_of(function, name))
     record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))

@@ -102,9 +102,8 @@ class Life:
     def rate(self, depths: Depths) -> Rate:
         """Wear of a turn, counted."""
         if self.runs >= self.most:
-            raise StoppedError(
-                f"The study took {self.runs} runs (most_runs). Resume its store with more, or wear less."
-            )
+            text = f"The study took {self.runs} runs (most_runs)."
+            raise StoppedError(f"{text} Resume its store with more, or wear less.")
         self.runs += 1
         return self.turns.rate(depths)
 
@@ -144,9 +143,8 @@ class Life:
             half = {name: h + 0.5 * stride * rate.depths[name] for name, h in self.depths.items()}
             middle = self.rate(half)
             ends = {name: h + 0.5 * stride * middle.depths[name] for name, h in half.items()}
-            errors = {
-                name: 0.5 * stride * float(np.abs(middle.depths[name] - rate.depths[name]).max()) for name in ends
-            }
+            change = {name: float(np.abs(middle.depths[name] - rate.depths[name]).max()) for name in ends}
+            errors = {name: 0.5 * stride * change[name] for name in ends}
             ratio = max(errors[name] / self._allowed(name, ends[name]) for name in ends)
             factor = SAFETY / ratio**0.5 if ratio > 0.0 else MOST_FACTOR
             self.stride = stride * min(max(factor, LEAST_FACTOR), MOST_FACTOR)
@@ -166,13 +164,9 @@ class Life:
         found: dict[str, Any] = {"stride": self.stride, "runs": float(self.runs)}
         for name, now in _wearing(self.turns.worn(self.depths)).items():
             found |= {f"{name}.{face}_profile": h for face, h in _profiles(now).items()}
-            found |= {
-                f"{name}.volume": now.volume,
-                f"{name}.wear_rate": rate.volume[name],
-                f"{name}.clearance": now.half_play,
-                f"{name}.peak_force": rate.force[name],
-                f"{name}.error": self.error[name],
-            }
+            numbers = {"volume": now.volume, "wear_rate": rate.volume[name], "clearance": now.half_play}
+            numbers |= {"peak_force": rate.force[name], "error": self.error[name]}
+            found |= {f"{name}.{one}": value for one, value in numbers.items()}
         return found
 
     def go_on(self, record: Record, k: int) -> None:

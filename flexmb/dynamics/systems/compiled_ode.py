@@ -190,17 +190,12 @@ def find_bracket(rates, heights, what, m):
             before, count = height_after(rates, heights, what, m, time), count + 1
         if before >= 0.0:
             return time, size, before
-        leaves = (
-            height_after(rates, heights, what, m, size)
-            < 0.0
-            < height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
-        )
+        end = height_after(rates, heights, what, m, size)
+        leaves = end < 0.0 < height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
         return 0.0, math.inf if leaves else size, old
     if old > 0.0:
-        r0, r1 = (
-            height_rate(heights, what, m, m.t, m.x, m.K[0]),
-            height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES]),
-        )
+        r0 = height_rate(heights, what, m, m.t, m.x, m.K[0])
+        r1 = height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
         dip = lowest_of_cubic(old, r0, new, r1, size)
         if dip > 0.0:
             if height_after(rates, heights, what, m, dip) < 0.0:
@@ -377,14 +372,8 @@ class CompiledMotion:
         self._has_kernels()
         method, n = scipy.integrate.DOP853, ode.size
         self._record = Motion(
-            *(0.0,) * 8,
-            signal=-1,
-            has_wall=len(self.functions) > 1,
-            p=sum(map(len, self._numbers)),
-            **dict.fromkeys(("x", "y", "z", "before"), n),
-            K=(STAGES + 1, n),
-            weights=np.vstack([method.A, method.B]),
-            instants=np.append(method.C, 1.0),
-            errors=np.array([method.E5, method.E3]),
-        )
+            *(0.0,) * 8, signal=-1, has_wall=len(self.functions) > 1, p=sum(map(len, self._numbers)),
+            **dict.fromkeys(("x", "y", "z", "before"), n), K=(STAGES + 1, n), weights=np.vstack([method.A, method.B]),
+            instants=np.append(method.C, 1.0), errors=np.array([method.E5, method.E3]),
+        )  # fmt: skip
         return self._record

@@ -397,14 +397,9 @@ def is_mechanism(system: Any) -> bool:
 
 
 def as_dynamics(
-    caller: str,
-    system: Any,
-    *,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
+    caller: str, system: Any, *, period: float | None = None, step: Step | None = None, method: Newmark | None = None,
     wanted: str = "a Mechanism, or a flow or map as ODE, Map, StroboscopicMap",
-) -> Dynamics:
+) -> Dynamics:  # fmt: skip
     """`system` itself, or the flow of a mechanism; a `Dynamics` with a step or a method (it has its own) is refused."""
     if is_mechanism(system):
         from flexmb.dynamics.systems.mechanism_flow import MechanismFlow

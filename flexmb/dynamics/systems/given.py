@@ -29,14 +29,9 @@ class GivenSystem(Dynamics):
     _state: np.ndarray
 
     def _declare(
-        self,
-        name: str,
-        function: Callable[..., Any],
-        start: Sequence[float] | np.ndarray,
-        jacobian: Callable[..., Any] | None,
-        parameters: Mapping[str, Any] | None,
-        names: Sequence[str] | None,
-    ) -> None:
+        self, name: str, function: Callable[..., Any], start: Sequence[float] | np.ndarray,
+        jacobian: Callable[..., Any] | None, parameters: Mapping[str, Any] | None, names: Sequence[str] | None,
+    ) -> None:  # fmt: skip
         """Check and keep the arguments that every such system takes."""
         self.name = name
         label = self._label
@@ -161,15 +156,10 @@ class Map(GivenSystem):
     unit = "iterations"
 
     def __init__(
-        self,
-        function: Callable[..., Any],
-        start: Sequence[float] | np.ndarray,
-        *,
-        jacobian: Callable[..., Any] | None = None,
-        parameters: Mapping[str, Any] | None = None,
-        names: Sequence[str] | None = None,
-        name: str = "map",
-    ) -> None:
+        self, function: Callable[..., Any], start: Sequence[float] | np.ndarray, *,
+        jacobian: Callable[..., Any] | None = None, parameters: Mapping[str, Any] | None = None,
+        names: Sequence[str] | None = None, name: str = "map",
+    ) -> None:  # fmt: skip
         self._declare(name, function, start, jacobian, parameters, names)
         self.units = ("",) * len(self.names)
         self.reset()
@@ -268,21 +258,12 @@ class ODE(GivenSystem, ContinuousFlow):
     _h: float | None
 
     def __init__(
-        self,
-        function: Callable[..., Any],
-        start: Sequence[float] | np.ndarray,
-        *,
-        jacobian: Callable[..., Any] | None = None,
-        parameters: Mapping[str, Any] | None = None,
-        names: Sequence[str] | None = None,
-        units: Sequence[str] | None = None,
-        period: float | Callable[..., float] | None = None,
-        driven: bool | None = None,
-        name: str = "ODE",
-        rtol: float = 1e-9,
-        atol: float = 1e-12,
-        method: str = "DOP853",
-    ) -> None:
+        self, function: Callable[..., Any], start: Sequence[float] | np.ndarray, *,
+        jacobian: Callable[..., Any] | None = None, parameters: Mapping[str, Any] | None = None,
+        names: Sequence[str] | None = None, units: Sequence[str] | None = None,
+        period: float | Callable[..., float] | None = None, driven: bool | None = None, name: str = "ODE",
+        rtol: float = 1e-9, atol: float = 1e-12, method: str = "DOP853",
+    ) -> None:  # fmt: skip
         self._declare(name, function, start, jacobian, parameters, names)
         label, size = self._label, self.size
         self._given_period, self._given_driven = period, driven

@@ -67,13 +67,9 @@ class MechanismFlow(ContinuousFlow):
     """
 
     def __init__(
-        self,
-        mechanism: Mechanism,
-        *,
-        step: Step | None = None,
-        method: Newmark | None = None,
+        self, mechanism: Mechanism, *, step: Step | None = None, method: Newmark | None = None,
         period: float | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         if not isinstance(mechanism, Mechanism):
             raise InputError(f"MechanismFlow: {mechanism!r} is not a Mechanism.")
         self.name = mechanism.name

@@ -46,13 +46,9 @@ class SecondProcess:
         if config.CACHE_DIR:
             environment["NUMBA_CACHE_DIR"] = config.CACHE_DIR
         self._process = subprocess.Popen(
-            command(names),
-            env=environment,
-            text=True,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
+            command(names), env=environment, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-        )
+        )  # fmt: skip
         self._output = cast("IO[str]", self._process.stdout)
         atexit.register(self.stop)
 

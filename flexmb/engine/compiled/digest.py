@@ -176,11 +176,8 @@ def _class(value: type) -> Parts:
     name = f"{value.__module__}.{value.__qualname__}"
     if not is_of_user(value.__module__):
         return f"{name}{_version(value.__module__)}".encode()
-    own = {
-        key: item
-        for key, item in sorted(vars(value).items())
-        if key != "_abc_impl" and (not key.startswith("__") or isinstance(item, FunctionType | classmethod | property))
-    }
+    kinds, items = FunctionType | classmethod | property, sorted(vars(value).items())
+    own = {k: x for k, x in items if k != "_abc_impl" and (not k.startswith("__") or isinstance(x, kinds))}
     return "class", [name, type(value), value.__bases__, own]
 
 
@@ -205,10 +202,8 @@ def _used(value: _Used) -> Parts:
         return "module", [name, _version(name)]
     used = sorted(one for one in value.names & found.keys() or found if not one.startswith("__"))
     inner = ((one, found[one]) for one in used)
-    return "module", [
-        name,
-        *((one, _Used(v, value.names - {one}) if isinstance(v, ModuleType) else v) for one, v in inner),
-    ]
+    parts = [(one, _Used(v, value.names - {one}) if isinstance(v, ModuleType) else v) for one, v in inner]
+    return "module", [name, *parts]
 
 
 @parts_of.register

@@ -49,12 +49,8 @@ STAGES: dict[str, dict[str, float]] = {
     "what saves many instants within a step": {"flexmb.engine.step.acceptance.save_instants": 3.5},
     "the time loop": {"flexmb.engine.newmark.method.advance": 21.0},
     "the explicit time loop": {"flexmb.engine.step.runge_kutta.advance_explicit": 13.8},
-    "the time loop of Radau's method": {
-        "flexmb.engine.radau.method.advance_radau": 18.8,
-    },
-    "the time loop of Dormand and Prince": {
-        "flexmb.engine.dormand_prince.method.advance_dormand_prince": 17.1,
-    },
+    "the time loop of Radau's method": {"flexmb.engine.radau.method.advance_radau": 18.8},
+    "the time loop of Dormand and Prince": {"flexmb.engine.dormand_prince.method.advance_dormand_prince": 17.1},
     "the loop of exponents": {
         "flexmb.engine.sensitivity.linearise.linearise": 10.1,
         "flexmb.engine.sensitivity.linearise.advance_histories": 1.8,

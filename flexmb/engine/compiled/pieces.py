@@ -204,15 +204,9 @@ class PieceLowering(NativeLowering):
         target, flags = state.targetctx, state.flags
         library = state.library = PieceLibrary(target.codegen(), state.func_id.func_qualname)
         description = funcdesc.PythonFunctionDescriptor.from_specialized_function(
-            state.func_ir,
-            state.typemap,
-            state.return_type,
-            state.calltypes,
-            mangler=target.mangler,
-            inline=flags.forceinline,
-            noalias=flags.noalias,
-            abi_tags=[flags.get_mangle_string()],
-        )
+            state.func_ir, state.typemap, state.return_type, state.calltypes, mangler=target.mangler,
+            inline=flags.forceinline, noalias=flags.noalias, abi_tags=[flags.get_mangle_string()],
+        )  # fmt: skip
         with target.push_code_library(library):
             lower = self.lowering_class(target, library, description, state.func_ir, metadata=state.metadata)
             lower.lower()

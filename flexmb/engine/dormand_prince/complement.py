@@ -42,10 +42,8 @@ def factor_symmetric(sym, lu, seen, least):
             seen[sym.starts[s] + k] = abs(lu[at + k * (w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1)])
     for s in range(len(sym.starts) - 1):
         at, w, u = sym.value_ptr[s], sym.starts[s + 1] - sym.starts[s], sym.row_ptr[s + 1] - sym.row_ptr[s]
-        own, below = (
-            part_of(seen, sym.starts[s], sym.starts[s + 1]),
-            part_of(sym.rows, sym.row_ptr[s], sym.row_ptr[s + 1]),
-        )
+        own = part_of(seen, sym.starts[s], sym.starts[s + 1])
+        below = part_of(sym.rows, sym.row_ptr[s], sym.row_ptr[s + 1])
         targets, length = part_of(sym.targets, sym.target_ptr[s], sym.target_ptr[s + 1]), w + u
         for k in range(w):
             row = part_of(lu, at + k * length, at + (k + 1) * length)
@@ -220,16 +218,11 @@ def _of_pattern(program: Program, *, usable: bool) -> Complement:
         at = pattern.positions(low, high)
         positions.append(np.where((c == d) & (place[i] > place[j]), pattern.dummy, at).ravel())
     return Complement(
-        usable=int(usable),
-        lu=tables(pattern),
-        values=pattern.size,
+        usable=int(usable), lu=tables(pattern), values=pattern.size,
         pairs=np.array(table, dtype=np.int64).reshape(-1, POSITION + 1),
-        common=np.array(shared, dtype=np.int64).ravel(),
-        positions=np.concatenate(positions),
-        flexibility=n + 3,
-        **dict.fromkeys(("rhs", "x", "y", "scratch", "seen"), m),
-        pair=2 * m,
-    )
+        common=np.array(shared, dtype=np.int64).ravel(), positions=np.concatenate(positions), flexibility=n + 3,
+        **dict.fromkeys(("rhs", "x", "y", "scratch", "seen"), m), pair=2 * m,
+    )  # fmt: skip
 
 
 def _pairs(C: Constraints, n: int) -> Iterator[tuple[int, int, list[tuple[int, int, int]]]]:

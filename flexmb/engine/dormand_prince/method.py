@@ -15,18 +15,7 @@ from flexmb.engine.newmark.error_control import accept_or_reject, growth_factor,
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
 from flexmb.engine.radau.step import complete_ledger, update_ledger
 from flexmb.engine.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
-from flexmb.engine.step.acceptance import (
-    adopt_trial,
-    buffer_code,
-    ending,
-    finished,
-    next_due,
-    report_step,
-    save_ends,
-    save_within,
-    step_to_try,
-    update_peaks,
-)
+from flexmb.engine.step import acceptance
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
@@ -57,9 +46,9 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
         if code != RUNNING:
             return code
     for _ in range(steps):
-        if finished(options, flow):
+        if acceptance.finished(options, flow):
             return DONE
-        h = step_to_try(tables, address, options, flow, trial, work)
+        h = acceptance.step_to_try(tables, address, options, flow, trial, work)
         code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, D)
         growth = 1.0
         if options.adaptive:
@@ -105,9 +94,9 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
     add_works(tables, address, h, flow, trial, work, record, D)
     turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
     update_ledger(tables, address, t0 + h, turned, flow, trial, work, D)
-    adopt_trial(h, flow, trial, work, record)
-    report_step(tables, address, True, flow, work, record)
-    return ending(save_between(tables, address, lu, options, flow, trial, work, record, D), flow, record)
+    acceptance.adopt_trial(h, flow, trial, work, record)
+    acceptance.report_step(tables, address, True, flow, work, record)
+    return acceptance.ending(save_between(tables, address, lu, options, flow, trial, work, record, D), flow, record)
 
 
 @compiled
@@ -115,33 +104,25 @@ def save_between(tables, address, lu, options, flow, trial, work, record, D):
     """Save the end of the last step, or the instants of the save grid within it; a code."""
     # BUFFER_FULL: the buffer must be emptied, and `save_between` called again before the next step. Other codes but
     # RUNNING: the state at an instant cannot be computed.
-    s = save_ends(options, flow, record)
+    s = acceptance.save_ends(options, flow, record)
     while s < 1.0:
         code = RUNNING
         if D.span.dense == 0:
             code = find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
         if code == RUNNING:
-            code = signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+            code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
         if code != RUNNING:
             return code
-        update_peaks(next_due(options, flow, record), D.signals, record)
-        s = save_within(D.signals, options, flow, record)
-    return buffer_code(record)
-
-
-@compiled
-def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
-    """Set `target` to all signals at fraction s of the last step; RUNNING, or a code."""
-    h, ledger = D.span.size, D.between.ledger
-    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
-    if code != RUNNING:
-        return code
-    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
-    report_forces(tables, lam, work)
-    complete_ledger(flow, work, ledger)
-    write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)
-    return RUNNING
+        # All signals at fraction s of the last step.
+        h, ledger = D.span.size, D.between.ledger
+        t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
+        evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
+        report_forces(tables, lam, work)
+        complete_ledger(flow, work, ledger)
+        write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, D.signals)
+        acceptance.update_peaks(acceptance.next_due(options, flow, record), D.signals, record)
+        s = acceptance.save_within(D.signals, options, flow, record)
+    return acceptance.buffer_code(record)
 
 
 @dataclass(frozen=True)
@@ -190,22 +171,17 @@ class DormandPrince(Method):
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
-        refuse_jumps(program)
-        return DormandPrinceStepper(program, new_stages(program))
-
-
-def refuse_jumps(program: Program) -> None:
-    """Refuse contacts, whose forces begin and end, and histories, which are of the order of their laws."""
-    label = f"simulate {program.name!r}: DormandPrince is for smooth motion, but"
-    if program.names.contacts:
-        text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
-        raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
-    E, C = program.tables.elements, program.tables.constraints
-    joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
-    for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
-        if z[END] > z[BEGIN]:
-            text = f"{name!r} has a law with a history, which is integrated with its own low order"
+        label = f"simulate {program.name!r}: DormandPrince is for smooth motion, but"
+        if program.names.contacts:
+            text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
             raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
+        E, C = program.tables.elements, program.tables.constraints
+        joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
+        for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
+            if z[END] > z[BEGIN]:
+                text = f"{name!r} has a law with a history, which is integrated with its own low order"
+                raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
+        return DormandPrinceStepper(program, new_stages(program))
 
 
 class DormandPrinceStepper(Stepper):

@@ -139,23 +139,10 @@ def new_stages(program: Program) -> Stages:
 def _zero_stages(program: Program) -> Stages:
     n, m = program.n_q + 3, program.n_c
     return Stages(
-        span=Span.zeros(),
-        complement=complement(program),
-        works=Works.zeros(),
-        old=state_vectors(program),
-        between=state_vectors(program),
-        tableau=A,
-        instants=C,
-        errors=ERRORS,
-        weights=DENSE_WEIGHTS,
-        **dict.fromkeys(("Q", "V", "A"), (ALL_STAGES, n)),
-        L=(ALL_STAGES, m),
-        rates=(ALL_STAGES, LEDGER),
-        **dict.fromkeys(("of_q", "of_v"), (DENSE, n)),
-        of_ledger=(DENSE, LEDGER),
-        **dict.fromkeys(("error_q", "error_v", "zero"), n),
-        **dict.fromkeys(("x", "y"), program.n_q + m),
-        pair=2 * (program.n_q + m),
-        losses=(0, 2),
-        signals=program.tables.sizes.n_y,
-    )
+        span=Span.zeros(), complement=complement(program), works=Works.zeros(), old=state_vectors(program),
+        between=state_vectors(program), tableau=A, instants=C, errors=ERRORS, weights=DENSE_WEIGHTS,
+        **dict.fromkeys(("Q", "V", "A"), (ALL_STAGES, n)), L=(ALL_STAGES, m), rates=(ALL_STAGES, LEDGER),
+        **dict.fromkeys(("of_q", "of_v"), (DENSE, n)), of_ledger=(DENSE, LEDGER),
+        **dict.fromkeys(("error_q", "error_v", "zero"), n), **dict.fromkeys(("x", "y"), program.n_q + m),
+        pair=2 * (program.n_q + m), losses=(0, 2), signals=program.tables.sizes.n_y,
+    )  # fmt: skip

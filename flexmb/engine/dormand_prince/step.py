@@ -61,17 +61,6 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
 
 
 @compiled
-def start_step(h, flow, D):
-    """Store the start of a step, which is its first stage."""
-    D.span.start, D.span.size, D.span.dense = flow.clock.t, h, 0
-    keep_state(flow, D.old)
-    copy(flow.q, D.Q[START])
-    copy(flow.v, D.V[START])
-    copy(flow.a, D.A[START])
-    copy(flow.lam, D.L[START])
-
-
-@compiled
 def sum_stages(n, weights, h, D, of_q, of_v):
     """Set of_q and of_v to h times the weighted sums of velocities and accelerations of the stages."""
     of_q[:] = 0.0
@@ -117,7 +106,13 @@ def find_stages(tables, address, lu, first, end, options, flow, trial, work, rec
 def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
     """Try a step of size h; a code, and the error over the accepted one, which is finite if all stages are."""
     # A step of too large an error is not projected.
-    start_step(h, flow, D)
+    # The start of the step is its first stage.
+    D.span.start, D.span.size, D.span.dense = flow.clock.t, h, 0
+    keep_state(flow, D.old)
+    copy(flow.q, D.Q[START])
+    copy(flow.v, D.V[START])
+    copy(flow.a, D.A[START])
+    copy(flow.lam, D.L[START])
     copy(flow.lam, trial.lam)
     code = find_stages(tables, address, lu, 1, STEP_STAGES, options, flow, trial, work, record, D)
     if code != RUNNING:

@@ -234,9 +234,8 @@ def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
     # `order` is the order of elimination of the first unknowns; the rest follow.
     order = np.append(order, np.arange(len(order), A.shape[0]))
     turned = A[order][:, order].tocsc()
-    factors = sp.linalg.splu(
-        turned, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options={"SymmetricMode": True}
-    )
+    options = {"SymmetricMode": True}
+    factors = sp.linalg.splu(turned, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options=options)
 
     def solve(b: np.ndarray) -> np.ndarray:
         x = np.empty_like(b)

@@ -255,7 +255,13 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
     # A constraint row whose pivot is not larger than `hold` times that term depends on rows before it. The row is held:
     # left out, as with an infinite pivot, so that `solve` does not change its multiplier. Its `seen` becomes negative.
     order, starts, row_ptr, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.value_ptr
-    _start_scale(starts, row_ptr, value_ptr, lu, seen)
+    # `seen` starts with the diagonal of A, in the order of elimination.
+    for s in range(len(starts) - 1):
+        own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
+        stride = w + row_ptr[s + 1] - row_ptr[s] + 1
+        for k in range(w):
+            at = value_ptr[s] + k * stride
+            own[k] = abs(part_of(lu, at, at + 1)[0])
     held, watched = -1, threshold if first_row == NO_ROW else max(threshold, hold)
     for s in range(len(starts) - 1):
         first, at, t, r = starts[s], value_ptr[s], sym.target_ptr[s], row_ptr[s]
@@ -264,7 +270,13 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
         if w == 3:
             lost = _eliminate_3(lu, at, u, seen, first, threshold, watched, order, first_row)
             if lost < 0:
-                _update_3(lu, at, u, seen, below, targets)
+                # The product of L and U is subtracted from the targets.
+                a, b, c, left, middle, right = _beside_3(lu, at, u)
+                for i in range(u):
+                    x, y, z, goal = left[i], middle[i], right[i], part_of(targets, i * u, (i + 1) * u)
+                    seen[below[i]] = max(seen[below[i]], abs(x * a[i] + y * b[i] + z * c[i]))
+                    for j in range(u):
+                        lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
         elif w == 2:
             lost = _eliminate_2(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
         else:
@@ -273,17 +285,6 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
             return order[first + lost]
         held = min(held, lost)
     return held
-
-
-@compiled
-def _start_scale(starts, row_ptr, value_ptr, lu, seen):
-    """Start `seen` with the diagonal of A, in the order of elimination."""
-    for s in range(len(starts) - 1):
-        own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
-        stride = w + row_ptr[s + 1] - row_ptr[s] + 1
-        for k in range(w):
-            at = value_ptr[s] + k * stride
-            own[k] = abs(part_of(lu, at, at + 1)[0])
 
 
 @compiled
@@ -385,17 +386,6 @@ def _beside_3(lu, at, u):
     a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
     x, y, z = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u), part_of(lu, d + 2 * u, d + 3 * u)
     return part_of(lu, a, a + u), part_of(lu, b, b + u), part_of(lu, c, c + u), x, y, z
-
-
-@compiled
-def _update_3(lu, at, u, seen, below, targets):
-    """Subtract the product of L and U of a panel with three pivots from its targets."""
-    a, b, c, left, middle, right = _beside_3(lu, at, u)
-    for i in range(u):
-        x, y, z, goal = left[i], middle[i], right[i], part_of(targets, i * u, (i + 1) * u)
-        seen[below[i]] = max(seen[below[i]], abs(x * a[i] + y * b[i] + z * c[i]))
-        for j in range(u):
-            lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
 
 
 @compiled

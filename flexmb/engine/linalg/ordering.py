@@ -86,9 +86,9 @@ def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: n
     graph = own.T @ own
     dominant = (graph + sp.diags_array(1.0 + graph.sum(axis=1))).tocsc()
     place = np.full(count, -1, dtype=np.int64)
-    place[coordinates] = sp.linalg.splu(
-        dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    ).perm_c
+    options = {"SymmetricMode": True}
+    factors = sp.linalg.splu(dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    place[coordinates] = factors.perm_c
     latest = np.full(count, -1, dtype=np.int64)
     if len(edges):
         of_edge = np.full(len(edges), -1, dtype=np.int64)
@@ -128,36 +128,22 @@ def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence
         alive[block] = False
         sequence.append(block)
         if len(around) == len(sizes) - len(sequence):  # all that is left is coupled: any order fills the same
-            sequence.extend(_full_rest(around, last, structure))
+            rest = sorted(around, key=lambda k: (bool(last[k]), k))  # coordinates, then constraints
+            structure.update((k, set(rest[at : at + 1])) for at, k in enumerate(rest, 1))  # the next one is the parent
+            sequence.extend(rest)
             break
         for k in released_by[block]:
             waits[k] -= 1
         weight = sum(map(sizes.__getitem__, around))
         for k in around:
-            degrees[k] = _remove_block(block, k, neighbours, weight, sizes)
+            mine = neighbours[k]  # from here on without `block`, with all its neighbours
+            mine |= around
+            mine -= {k, block}
+            nothing_beyond = len(mine) == len(around) - 1
+            degrees[k] = weight - sizes[k] if nothing_beyond else sum(map(sizes.__getitem__, mine))
             if not waits[k]:
                 heappush(heap, (degrees[k], k))
     return _parents(sequence, structure), sequence
-
-
-def _remove_block(block: int, k: int, neighbours: list[set[int]], weight: int, sizes: list[int]) -> int:
-    """Remove `block` from the graph as seen from its neighbour k; the new degree of k."""
-    around = neighbours[block]
-    mine = neighbours[k]
-    mine |= around
-    mine.discard(k)
-    mine.discard(block)
-    if len(mine) == len(around) - 1:  # nothing beyond the new clique
-        return weight - sizes[k]
-    return sum(map(sizes.__getitem__, mine))
-
-
-def _full_rest(rest: set[int], last: Sequence[bool], structure: dict[int, set[int]]) -> list[int]:
-    """The blocks of a graph in which all are coupled: coordinates, then constraints."""
-    ordered = sorted(rest, key=lambda block: (bool(last[block]), block))
-    for position, block in enumerate(ordered):
-        structure[block] = set(ordered[position + 1 : position + 2])  # the next one suffices to find the parent
-    return ordered
 
 
 def _parents(sequence: list[int], structure: dict[int, set[int]]) -> list[int]:

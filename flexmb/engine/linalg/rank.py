@@ -31,7 +31,20 @@ def surplus_rows(G: Any) -> tuple[int, ...]:
         lengths = np.sqrt((used * used).sum(axis=1))
         columns = (used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T
         return () if _surely_independent(columns) else _by_qr(columns, m, RANK_TOLERANCE)
-    return _of_sparse(G)
+    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    unit = (sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G).tocsr()
+    gram = (unit @ unit.T).tocsc()
+    if (lengths > 0.0).all() and _clearly_independent(gram):
+        return ()
+    used = np.unique(unit.indices)
+    if m * len(used) <= 400_000:
+        return _by_qr(unit[:, used].toarray().T, m, RANK_TOLERANCE)
+    count, group = sp.csgraph.connected_components(gram, directed=False)
+    redundant: list[int] = []
+    for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
+        found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
+        redundant += [int(rows[k]) for k in found]
+    return tuple(sorted(redundant))
 
 
 def dependent_rows(G: Any) -> list[int]:
@@ -69,25 +82,6 @@ def _surely_independent(columns: np.ndarray) -> bool:
     except np.linalg.LinAlgError:
         return False
     return True
-
-
-def _of_sparse(G: Any) -> tuple[int, ...]:
-    """Redundant rows of a sparse matrix."""
-    m = G.shape[0]
-    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
-    unit = (sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G).tocsr()
-    gram = (unit @ unit.T).tocsc()
-    if (lengths > 0.0).all() and _clearly_independent(gram):
-        return ()
-    used = np.unique(unit.indices)
-    if m * len(used) <= 400_000:
-        return _by_qr(unit[:, used].toarray().T, m, RANK_TOLERANCE)
-    count, group = sp.csgraph.connected_components(gram, directed=False)
-    redundant: list[int] = []
-    for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
-        found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
-        redundant += [int(rows[k]) for k in found]
-    return tuple(sorted(redundant))
 
 
 def _clearly_independent(gram: Any) -> bool:

@@ -180,19 +180,15 @@ class Symbolic:
         _check_range("Symbolic.positions", self.n, i, j)
         result = np.full(i.shape, self.dummy, dtype=np.int64)
         free = (i >= 0) & (j >= 0)
-        at = self._at(self._place[i[free]], self._place[j[free]])
+        at = np.empty(free.sum(), dtype=np.int64)
+        places = self._place[i[free]], self._place[j[free]]
+        locate_all(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, *places, at)
         if at.size and at.min() < 0:
             k = int(np.argmin(at))
             text = f"Symbolic.positions: entry ({i[free][k]}, {j[free][k]}) is not in the pattern;"
             raise InputError(f"{text} give it to symbolic() among rows and cols.")
         result[free] = at
         return result
-
-    def _at(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Positions of the entries at places (i, j), -1 outside the pattern."""
-        found = np.empty(len(i), dtype=np.int64)
-        locate_all(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, i, j, found)
-        return found
 
 
 def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> Symbolic:

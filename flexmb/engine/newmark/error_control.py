@@ -48,23 +48,16 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
         worst = max(worst, node_error(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
         worst = max(worst, options.length * node_error(k + 2, k + 3, h, ratio, of_q, of_v, of_bend, flow, trial))
     if tables.sizes.n_q > tables.sizes.n_b:
-        worst = max(worst, state_error(tables, h, of_bend, options, flow, trial))
+        # States of controls, over `rtol` times their largest value so far. The formulas of velocities hold: the rate
+        # of a state is its acceleration.
+        for i in range(tables.sizes.n_b, tables.sizes.n_q):
+            rise, before = trial.a[i] - flow.a[i], flow.a[i] - flow.past[0, i]
+            if h0 == 0.0 or rise * before >= 0.0:
+                error = h * abs(rise / 12.0 if h0 == 0.0 else of_bend * (rise / h - before / h0))
+                scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
+                worst = max(worst, error / (trial.control.rtol * scale))
     if not math.isfinite(worst):
         return math.inf
-    return worst
-
-
-@compiled
-def state_error(tables, h, of_bend, options, flow, trial):
-    """Error of the states of controls over the accepted error, `rtol` times the largest value of each so far."""
-    # The formulas of velocities hold: the rate of a state is its acceleration.
-    first, h0, worst = flow.clock.last_step == 0.0, flow.clock.last_step, 0.0
-    for i in range(tables.sizes.n_b, tables.sizes.n_q):
-        rise, before = trial.a[i] - flow.a[i], flow.a[i] - flow.past[0, i]
-        if first or rise * before >= 0.0:
-            error = h * abs(rise / 12.0 if first else of_bend * (rise / h - before / h0))
-            scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
-            worst = max(worst, error / (trial.control.rtol * scale))
     return worst
 
 

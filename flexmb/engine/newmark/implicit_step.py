@@ -26,37 +26,13 @@ from flexmb.engine.linalg.lu import (
     solve,
     solve_two,
 )
+from flexmb.engine.newmark import jacobian_reuse, predictor
 from flexmb.engine.newmark.jacobian_reuse import (
     HOLD_WITHIN_STEP,
     LONGEST_SUSPENSION,
     MEASURING_INTERVAL,
     MOST_REUSE_ITERATIONS,
     REGULAR_PIVOT,
-    allowed_gap,
-    convergence_limits,
-    convergence_test,
-    discard_factors,
-    factor_without_redundant,
-    has_contact_alone,
-    has_contact_or_friction,
-    held_code,
-    initial_hold,
-    may_reuse,
-    number_of_held,
-    register_factors,
-    slopes_changed,
-    start_trial,
-    update_reuse,
-)
-from flexmb.engine.newmark.predictor import (
-    COASTING,
-    STANDING,
-    find_newmark_residual,
-    leaps,
-    predict,
-    predict_without_accelerations,
-    project_prediction,
-    restart_predictor,
 )
 from flexmb.engine.state import record as codes
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
@@ -184,12 +160,6 @@ def _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial):
 
 
 @compiled
-def within_factor_two(before, now):
-    """Whether two numbers differ by less than a factor of 2."""
-    return 0.5 * before <= now <= 2.0 * before
-
-
-@compiled
 def is_round_off(n, m, lu, trial, work, record):
     """Whether the last correction is round-off of the gaps over the angle between two constraint rows."""
     angle = math.sqrt(smallest_pivot(lu, work.lu, trial.pivot_scale, n)) if m > 0 else 1.0
@@ -233,7 +203,7 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
         with_energies = energies_wanted(tables, trial, work)
         evaluate_trial(tables, address, t, h, kv, ka, with_energies, flow, trial, work)
         record.count.evaluations += 1
-        if newton.reusing and slopes_changed(trial, work):
+        if newton.reusing and jacobian_reuse.slopes_changed(trial, work):
             stop_reuse(trial)
             continue
         residual_vectors(n, m, kv, options, trial, work)
@@ -249,9 +219,8 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
             damping_factor(tables.sizes.n_b, trial)
         length, angle = report.length_tolerance, report.angle_tolerance
         size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / newton.fraction
-        if not (
-            within_factor_two(length, report.length_tolerance) and within_factor_two(angle, report.angle_tolerance)
-        ):
+        same = 0.5 * length <= report.length_tolerance <= 2.0 * length
+        if not (same and 0.5 * angle <= report.angle_tolerance <= 2.0 * angle):
             newton.last_size = math.inf  # sizes over different tolerances have no ratio
         record.count.iterations += 1
         record.count.solves += 1
@@ -277,26 +246,26 @@ def newmark_coefficients(h, scheme):
 def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     """Predict the trial state, and decide whether the factors of an earlier step are reused."""
     n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
-    start_trial(flow, trial)
+    jacobian_reuse.start_trial(flow, trial)
     if flow.clock.last_step == 0.0:
-        restart_predictor(trial.predictor)
+        predictor.restart_predictor(trial.predictor)
     newton.order = trial.predictor.order
     newton.measuring = reuse.steps_since_measured >= MEASURING_INTERVAL
-    own_matrices = n + m <= SMALL_SYSTEM and has_contact_or_friction(trial.slopes)
-    newton.reusing = may_reuse(kv, ka, flow, reuse) and not own_matrices
+    own_matrices = n + m <= SMALL_SYSTEM and jacobian_reuse.has_contact_or_friction(trial.slopes)
+    newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own_matrices
     newton.may_reuse = True
     newton.factorisations, newton.reused, newton.held = 0, 0, -1
     newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
-    newton.hold = initial_hold(flow)
-    predict(n, m, h, ratio, newton.order, scheme, flow, trial)
-    if leaps(tables.sizes.n_b, h, options, flow, trial):
-        newton.order = COASTING
-        predict_without_accelerations(n, m, h, ratio, COASTING, scheme, flow, trial)
-        if leaps(tables.sizes.n_b, 0.0, options, flow, trial):
-            newton.order = STANDING
-            predict_without_accelerations(n, m, h, ratio, STANDING, scheme, flow, trial)
+    newton.hold = jacobian_reuse.initial_hold(flow)
+    predictor.predict(n, m, h, ratio, newton.order, scheme, flow, trial)
+    if predictor.leaps(tables.sizes.n_b, h, options, flow, trial):
+        newton.order = predictor.COASTING
+        predictor.predict_without_accelerations(n, m, h, ratio, predictor.COASTING, scheme, flow, trial)
+        if predictor.leaps(tables.sizes.n_b, 0.0, options, flow, trial):
+            newton.order = predictor.STANDING
+            predictor.predict_without_accelerations(n, m, h, ratio, predictor.STANDING, scheme, flow, trial)
     if newton.reusing and m > 0 and newton.order > 0 and options.form == codes.GEAR_GUPTA_LEIMKUHLER:
-        project_prediction(n, m, lu, h, newton.order, flow, trial)
+        predictor.project_prediction(n, m, lu, h, newton.order, flow, trial)
 
 
 @compiled
@@ -306,7 +275,7 @@ def energies_wanted(tables, trial, work):
     expected = reuse.expected_last + (1.0 if newton.measuring else 0.0)
     if newton.factorisations > 0:
         expected = reuse.expected_last_fresh
-    return newton.reusing and newton.reused >= expected and not has_contact_alone(tables, work)
+    return newton.reusing and newton.reused >= expected and not jacobian_reuse.has_contact_alone(tables, work)
 
 
 @compiled
@@ -314,7 +283,7 @@ def evaluate_trial(tables, address, t, h, kv, ka, with_energies, flow, trial, wo
     """Evaluate the trial state: with energies, or with the iteration matrix unless factors are reused."""
     q, v, a, lam = trial.q, trial.v, trial.a, trial.lam
     if with_energies:
-        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
+        predictor.find_newmark_residual(tables.sizes.n_q, h, flow, trial)
         evaluate_accepted(tables, address, t, h, q, v, a, lam, flow.z, trial.mean_v, trial.newmark_residual, work)
     else:
         matrix = not trial.newton.reusing
@@ -327,17 +296,17 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     # EVALUATE_AGAIN : held rows are not redundant, since their joints would open; the matrix must be evaluated and
     # factored again with fewer held rows.
     n, newton = tables.sizes.n_q, trial.newton
-    discard_factors(trial.reuse)
+    jacobian_reuse.discard_factors(trial.reuse)
     # At first all rows that look redundant are held, so that multipliers stay calm while a singular position is passed.
     if newton.hold == LOST_PIVOT:
-        newton.held = factor_without_redundant(lu, work.lu, newton.hold, n, trial)
+        newton.held = jacobian_reuse.factor_without_redundant(lu, work.lu, newton.hold, n, trial)
     else:
         newton.held = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, newton.hold)
     record.count.factorisations += 1
     if newton.held >= 0:
         record.count.lost_pivot = newton.held
         return codes.SINGULAR if math.isfinite(trial.rhs.sum()) else codes.NOT_FINITE
-    if newton.hold != LOST_PIVOT and number_of_held(trial) < trial.left_out.shape[0]:
+    if newton.hold != LOST_PIVOT and jacobian_reuse.number_of_held(trial) < trial.left_out.shape[0]:
         newton.hold = LOST_PIVOT
         return EVALUATE_AGAIN
     if newton.held == ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):
@@ -350,8 +319,8 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
         newton.hold = HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
     elif newton.held != ROWS_HELD and newton.hold == HELD_PIVOT:
         pivot = smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
-        pivot *= max(1.0, REGULAR_PIVOT * tables.sizes.n_c)  # of a straight chain of n links it is some 2/n
-        register_factors(kv, ka, pivot, trial, work)
+        pivot *= max(1.0, REGULAR_PIVOT * tables.sizes.n_c)  # some 2/n of a straight chain of n links
+        jacobian_reuse.register_factors(kv, ka, pivot, trial, work)
     newton.factorisations += 1
     newton.reused = 0
     return codes.RUNNING
@@ -367,7 +336,7 @@ def held_rows_open(tables, lu, h, options, flow, trial, work):
             trial.shift[tables.sizes.n_q + i] = -work.g[i]
         left = max(left, held_residual(lu, work.lu, trial.pivot_scale, trial.shift, trial.scratch))
     redundant = trial.newton.hold == LOST_PIVOT and trial.left_out.shape[0] > 0
-    return left > allowed_gap(tables, h, options, flow, trial.a, redundant)
+    return left > jacobian_reuse.allowed_gap(tables, h, options, flow, trial.a, redundant)
 
 
 @compiled
@@ -384,10 +353,11 @@ def stop_reuse(trial):
 def restart_iteration(tables, h, ratio, order, scheme, flow, trial):
     """Predict the trial state again: with constant accelerations (order 0), or without any."""
     trial.newton.order, trial.newton.last_size = order, math.inf
+    n, m = tables.sizes.n_q, tables.sizes.n_c
     if order == 0:
-        predict(tables.sizes.n_q, tables.sizes.n_c, h, ratio, 0, scheme, flow, trial)
+        predictor.predict(n, m, h, ratio, 0, scheme, flow, trial)
     else:
-        predict_without_accelerations(tables.sizes.n_q, tables.sizes.n_c, h, ratio, order, scheme, flow, trial)
+        predictor.predict_without_accelerations(n, m, h, ratio, order, scheme, flow, trial)
 
 
 @compiled
@@ -395,15 +365,15 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
     """Convergence test of a correction with reused factors; RUNNING or CONTINUE.  `size`: over the tolerance."""
     newton, reuse = trial.newton, trial.reuse
     noise = ROUND_OFF_FRACTION * record.report.round_off
-    negligible, remaining = convergence_limits(noise, work)
-    own = newton.factorisations > 0 and not has_contact_or_friction(work.slopes)
-    converged, evaluated, contracting = convergence_test(
+    negligible, remaining = jacobian_reuse.convergence_limits(noise, work)
+    own = newton.factorisations > 0 and not jacobian_reuse.has_contact_or_friction(work.slopes)
+    converged, evaluated, contracting = jacobian_reuse.convergence_test(
         size, newton.last_size, negligible, remaining, noise, own, reuse
     )
     if newton.factorisations == 0 and newton.reused == 0:
         reuse.first_correction = size
     if converged:
-        update_reuse(newton.factorisations, newton.reused, evaluated, newton.measuring, reuse)
+        jacobian_reuse.update_reuse(newton.factorisations, newton.reused, evaluated, newton.measuring, reuse)
         record.count.held_code = 0
         record.count.evaluated = evaluation_code(tables, with_energies and evaluated, size, work)
         return codes.RUNNING
@@ -424,25 +394,24 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
     # the last two, add up to less than the tolerance; or one that is round-off.
     n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
     last, number = newton.last_size, newton.factorisations
-    negligible, _ = convergence_limits(ROUND_OFF_FRACTION * record.report.round_off, work)
+    negligible, _ = jacobian_reuse.convergence_limits(ROUND_OFF_FRACTION * record.report.round_off, work)
     converged = size <= (1.0 if number > 1 else negligible)
     if newton.fraction == 1.0 and number > 1 and size < last < math.inf:
         converged = converged or size * size / (last - size) <= 1.0
     stalled = number > 2 and size > ROUND_OFF_FRACTION * last
     if converged or (stalled and is_round_off(n, m, lu, trial, work, record)):
-        record.count.held_code = held_code(newton.held == ROWS_HELD, newton.hold == LOST_PIVOT, flow)
+        record.count.held_code = jacobian_reuse.held_code(newton.held == ROWS_HELD, newton.hold == LOST_PIVOT, flow)
         record.count.evaluated = evaluation_code(tables, False, size, work)
         return codes.RUNNING
     newton.last_size = size
     if not math.isfinite(size) or (newton.reach == math.inf and number > 4 and size > 2.0 * last):
-        if newton.order == STANDING or (options.adaptive and newton.order <= 0):
+        if newton.order == predictor.STANDING or (options.adaptive and newton.order <= 0):
             return codes.NEWTON_FAILED if math.isfinite(size) else codes.NOT_FINITE
         newton.factorisations, newton.fraction = 0, 1.0
         restart_iteration(tables, h, ratio, min(newton.order - 1, 0), scheme, flow, trial)
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
-    nonlinear = (
-        n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION and has_contact_or_friction(work.slopes)
-    )
+    nonlinear = n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION
+    nonlinear = nonlinear and jacobian_reuse.has_contact_or_friction(work.slopes)
     fresh = reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
     newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE
@@ -455,4 +424,5 @@ def evaluation_code(tables, evaluated, size, work):
     # forces of contacts and energies are then evaluated once more, and constraints are not.
     if evaluated:
         return codes.EVALUATED
-    return codes.JOINTS_EVALUATED if size <= 1.0 and has_contact_alone(tables, work) else codes.NOT_EVALUATED
+    alone = size <= 1.0 and jacobian_reuse.has_contact_alone(tables, work)
+    return codes.JOINTS_EVALUATED if alone else codes.NOT_EVALUATED

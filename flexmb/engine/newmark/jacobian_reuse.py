@@ -290,9 +290,13 @@ def convergence_test(size, last_size, negligible, remaining, noise, own, reuse):
     # smaller are round-off then; their size tells that of factors of earlier steps.
     small = size <= negligible
     if last_size == math.inf:
-        enough = small and first_correction_suffices(size, reuse) and size * reuse.contraction <= remaining
+        grown = size > 1e-3 and size > CORRECTION_GROWTH * reuse.first_correction
+        known = reuse.contraction <= GOOD_CONTRACTION and reuse.steps_since_measured < MEASURING_INTERVAL
+        enough = small and known and not grown and size * reuse.contraction <= remaining
         return enough, small, size < math.inf
-    theta = measure_contraction(size, last_size, reuse)
+    theta = size / last_size if last_size > 0.0 else 0.0  # contraction rate
+    reuse.contraction = min(theta, GOOD_CONTRACTION) if size <= 0.05 else theta  # small ones are round-off
+    reuse.steps_since_measured = 0.0
     if own and size <= 1.0:
         reuse.round_off = size if theta > FAIR_CONTRACTION else min(size, reuse.round_off)
     level = max(noise, min(1.0, ROUND_OFF_SPREAD * reuse.round_off))
@@ -302,22 +306,6 @@ def convergence_test(size, last_size, negligible, remaining, noise, own, reuse):
     if size <= remaining or (theta <= FAIR_CONTRACTION and size * theta <= remaining * (1.0 - theta)):
         return True, small, True
     return False, small, theta <= FAIR_CONTRACTION and (size * theta**3 <= remaining or size <= level)
-
-
-@compiled
-def first_correction_suffices(size, reuse):
-    """Whether a first correction within the tolerance may end the iteration."""
-    grown = size > 1e-3 and size > CORRECTION_GROWTH * reuse.first_correction
-    return reuse.contraction <= GOOD_CONTRACTION and reuse.steps_since_measured < MEASURING_INTERVAL and not grown
-
-
-@compiled
-def measure_contraction(size, last_size, reuse):
-    """Contraction rate: ratio of two corrections with the same factors; stored in `reuse`."""
-    theta = size / last_size if last_size > 0.0 else 0.0
-    reuse.contraction = min(theta, GOOD_CONTRACTION) if size <= 0.05 else theta  # small ones are round-off
-    reuse.steps_since_measured = 0.0
-    return theta
 
 
 @compiled

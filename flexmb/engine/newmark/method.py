@@ -7,13 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
-from flexmb.engine.newmark.error_control import (
-    accept_or_reject,
-    error_ratio,
-    growth_factor,
-    meets_contacts,
-    update_step_sizes,
-)
+from flexmb.engine.newmark import error_control
 from flexmb.engine.newmark.implicit_step import implicit_step
 from flexmb.engine.newmark.jacobian_reuse import adopt_factors, update_held_multipliers
 from flexmb.engine.newmark.predictor import update_predictor
@@ -54,10 +48,10 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         code = implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, work, record)
         growth, restarts = 1.0, False
         if options.adaptive:
-            fits = meets_contacts(tables, address, code, h, options, flow, trial, work, record)
-            error = error_ratio(tables, h, ratio, scheme, options, flow, trial) if fits else -1.0
-            growth = growth_factor(error, -1.0 / 3.0, LEAST_GROWTH, LARGEST_GROWTH)
-            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
+            fits = error_control.meets_contacts(tables, address, code, h, options, flow, trial, work, record)
+            error = error_control.error_ratio(tables, h, ratio, scheme, options, flow, trial) if fits else -1.0
+            growth = error_control.growth_factor(error, -1.0 / 3.0, LEAST_GROWTH, LARGEST_GROWTH)
+            growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING and h <= 1.001 * options.h_min:
             return code
@@ -72,7 +66,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         adopt_factors(flow, trial, work)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
-            update_step_sizes(h, growth, options, flow)
+            error_control.update_step_sizes(h, growth, options, flow)
         update_predictor(tables, h, options.length, flow, trial, work)
         code = accept(tables, address, h, options, flow, trial, work, record, False)
         flow.clock.last_step = 0.0 if restarts else h

@@ -148,24 +148,19 @@ def update_predictor(tables, h, length, flow, trial, work):
         m0, m1, m2, m3 = max(m0, n0), max(m1, n1), max(m2, n2), max(m3, n3)
     for k in range(tables.sizes.n_b, n):  # states of controls
         past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.a[k]
-    store_projections(n, m, h, flow, trial)
+    # Multipliers at the start of the step, and the gaps that its position shifts closed, over h^3.
+    gaps, cube = flow.projected_gaps, h * h * h
+    for i in range(m):
+        k = n + i
+        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
+        gaps[3, i], gaps[2, i], gaps[1, i] = gaps[2, i], gaps[1, i], gaps[0, i]
+        gaps[0, i] = trial.projected_gaps[i] / cube
     errors = (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
     predictor.order = best_order(highest, errors, flow)
     predictor.third_last_step, predictor.second_last_step = predictor.second_last_step, last
     predictor.past_states = min(predictor.past_states + 1, PAST_STATES + 1)
     if last == 0.0 or contact_phase_changed(tables, flow, work):
         restart_predictor(predictor)
-
-
-@compiled
-def store_projections(n, m, h, flow, trial):
-    """Store the multipliers at the start of the step, and the gaps that its position shifts closed, over h^3."""
-    past, gaps, cube = flow.past, flow.projected_gaps, h * h * h
-    for i in range(m):
-        k = n + i
-        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
-        gaps[3, i], gaps[2, i], gaps[1, i] = gaps[2, i], gaps[1, i], gaps[0, i]
-        gaps[0, i] = trial.projected_gaps[i] / cube
 
 
 @compiled

@@ -128,21 +128,10 @@ def collocation(program: Program) -> Collocation:
     n, m, size = program.n_q + 3, program.n_c, program.symbolic.size
     total = program.n_q + m
     return Collocation(
-        step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0),
-        past=(STAGES + 1, n),
-        past_lam=(STAGES + 1, m),
-        works=Works(*(0.0,) * 6),
-        old=state_vectors(program),
-        between=state_vectors(program),
-        **dict.fromkeys(("Q", "V", "A"), (STAGES, n)),
-        L=(STAGES, m),
-        b=(STAGES, total),
-        **dict.fromkeys(("real", "re", "im", "inertia"), size),
-        **dict.fromkeys(("d", "x", "y"), total),
-        pair=2 * total,
-        **dict.fromkeys(("of_q", "of_v", "zero"), n),
-        losses=(len(program.tables.contacts.kernel), 2),
-        rates=(3, 11),
-        lam=m,
-        signals=program.tables.sizes.n_y,
-    )
+        step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0), past=(STAGES + 1, n), past_lam=(STAGES + 1, m),
+        works=Works(*(0.0,) * 6), old=state_vectors(program), between=state_vectors(program),
+        **dict.fromkeys(("Q", "V", "A"), (STAGES, n)), L=(STAGES, m), b=(STAGES, total),
+        **dict.fromkeys(("real", "re", "im", "inertia"), size), **dict.fromkeys(("d", "x", "y"), total), pair=2 * total,
+        **dict.fromkeys(("of_q", "of_v", "zero"), n), losses=(len(program.tables.contacts.kernel), 2), rates=(3, 11),
+        lam=m, signals=program.tables.sizes.n_y,
+    )  # fmt: skip

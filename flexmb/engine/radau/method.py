@@ -10,38 +10,14 @@ import numpy as np
 
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.energy import contact_losses
-from flexmb.engine.newmark.error_control import (
-    CONTACT_TRIALS,
-    accept_or_reject,
-    growth_factor,
-    meets_contacts,
-    update_step_sizes,
-)
+from flexmb.engine.newmark import error_control
+from flexmb.engine.newmark.error_control import CONTACT_TRIALS
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, remove_along, update_held_multipliers
 from flexmb.engine.newmark.predictor import restart_predictor
-from flexmb.engine.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
-from flexmb.engine.radau.step import (
-    add_works,
-    find_between,
-    keep_state,
-    ledger_at,
-    radau_error,
-    radau_step,
-    update_ledger,
-)
+from flexmb.engine.radau import step as stages
+from flexmb.engine.radau.collocation import AT_END, AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.engine.state.record import DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
-from flexmb.engine.step.acceptance import (
-    adopt_trial,
-    buffer_code,
-    ending,
-    finished,
-    next_due,
-    report_step,
-    save_ends,
-    save_within,
-    step_to_try,
-    update_peaks,
-)
+from flexmb.engine.step import acceptance
 from flexmb.engine.step.contact_events import note_passed_contacts, update_episodes, update_impacts
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.constraints import report_forces
@@ -71,12 +47,12 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
     if steps == 0 and options.save_interval > 0.0:  # instants for which the buffer had no room
         return save_between(tables, address, lu, options, flow, trial, work, record, R)
     for _ in range(steps):
-        if finished(options, flow):
+        if acceptance.finished(options, flow):
             return DONE
-        h = step_to_try(tables, address, options, flow, trial, work)
+        h = acceptance.step_to_try(tables, address, options, flow, trial, work)
         if flow.clock.last_step == 0.0:
             R.step.last = R.step.factored_size = 0.0
-        code = radau_step(tables, address, lu, h, options, flow, trial, work, record, R)
+        code = stages.radau_step(tables, address, lu, h, options, flow, trial, work, record, R)
         record.count.evaluated = NOT_EVALUATED
         growth, restarts = 1.0, False
         if options.adaptive:
@@ -84,10 +60,10 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
             fraction = contact_within_step(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
             if fraction > 0.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
                 flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
-            elif meets_contacts(tables, address, code, h, options, flow, trial, work, record):
-                error = radau_error(tables, address, lu, h, options, flow, trial, work, R)
-            growth = growth_factor(error, -0.25, LEAST_GROWTH, LARGEST_GROWTH)
-            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
+            elif error_control.meets_contacts(tables, address, code, h, options, flow, trial, work, record):
+                error = stages.radau_error(tables, address, lu, h, options, flow, trial, work, R)
+            growth = error_control.growth_factor(error, -0.25, LEAST_GROWTH, LARGEST_GROWTH)
+            growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING:
             if h <= 1.001 * options.h_min:
@@ -98,7 +74,7 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
             remove_free_components(trial, R)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
-            update_step_sizes(h, growth, options, flow)
+            error_control.update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         R.step.last = flow.clock.last_step = 0.0 if restarts else h
         if code != RUNNING:
@@ -127,9 +103,16 @@ def contact_within_step(tables, address, flow, trial, work, R):
 @compiled
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
+    # The start of the step, and the stages for the prediction of the next step.
     t0 = flow.clock.t
-    keep_start(h, flow, R)
-    add_works(tables, address, lu, h, options, flow, trial, work, record, R)
+    R.step.start, R.step.size = t0, h
+    stages.keep_state(flow, R.old)
+    copy(flow.a, R.past[0])
+    copy(flow.lam, R.past_lam[AT_START])
+    for stage in range(STAGES):
+        copy(R.A[stage], R.past[stage + 1])
+        copy(R.L[stage], R.past_lam[stage + 1])
+    stages.add_works(tables, address, lu, h, options, flow, trial, work, record, R)
     contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
     turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
     for c in range(R.losses.shape[0]):
@@ -137,12 +120,12 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         work.loss[c, LOSS_NORMAL], work.loss[c, LOSS_FRICTION] = normal, friction
         turned += abs(normal) + abs(friction)
     update_episodes(tables, h, options, flow, work, record)
-    update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
+    stages.update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
     if not options.adaptive:
         note_passed_contacts(tables, address, h, options, flow, trial, work, record)
-    adopt_trial(h, flow, trial, work, record)
-    report_step(tables, address, True, flow, work, record)
-    return ending(save_between(tables, address, lu, options, flow, trial, work, record, R), flow, record)
+    acceptance.adopt_trial(h, flow, trial, work, record)
+    acceptance.report_step(tables, address, True, flow, work, record)
+    return acceptance.ending(save_between(tables, address, lu, options, flow, trial, work, record, R), flow, record)
 
 
 @compiled
@@ -154,42 +137,31 @@ def remove_free_components(trial, R):
 
 
 @compiled
-def keep_start(h, flow, R):
-    """Store the start of the step, and the stages for the prediction of the next step."""
-    R.step.start, R.step.size = flow.clock.t, h
-    keep_state(flow, R.old)
-    copy(flow.a, R.past[0])
-    copy(flow.lam, R.past_lam[AT_START])
-    for stage in range(STAGES):
-        copy(R.A[stage], R.past[stage + 1])
-        copy(R.L[stage], R.past_lam[stage + 1])
-
-
-@compiled
 def save_between(tables, address, lu, options, flow, trial, work, record, R):
     """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL for a full buffer."""
     # The buffer must then be emptied, and `save_between` called again before the next step.
-    s = save_ends(options, flow, record)
+    s = acceptance.save_ends(options, flow, record)
     while s < 1.0:
-        signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
-        update_peaks(next_due(options, flow, record), R.signals, record)
-        s = save_within(R.signals, options, flow, record)
-    return buffer_code(record)
-
-
-@compiled
-def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, target):
-    """All signals at fraction s of the last step."""
-    h, old, now, began = R.step.size, R.old, R.between, R.step.start
-    copy(flow.z, now.z)
-    copy(old.z, flow.z)
-    t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam
-    find_between(tables, address, lu, began, s, h, q, v, a, lam, options, flow, trial, work, record, R)
-    evaluate_accepted(tables, address, t, s * h, trial.q, trial.v, trial.a, trial.lam, flow.z, R.zero, R.zero, work)
-    copy(now.z, flow.z)
-    report_forces(tables, trial.lam, work)
-    ledger_at(s, h, old.ledger, R.rates, flow, work, now.ledger)
-    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, record.peak, True, target)
+        # All signals at fraction s of the last step.
+        h, old, now, began = R.step.size, R.old, R.between, R.step.start
+        copy(flow.z, now.z)
+        copy(old.z, flow.z)
+        t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam
+        stages.find_between(tables, address, lu, began, s, h, q, v, a, lam, options, flow, trial, work, record, R)
+        evaluate_accepted(tables, address, t, s * h, trial.q, trial.v, trial.a, trial.lam, flow.z, R.zero, R.zero, work)
+        copy(now.z, flow.z)
+        report_forces(tables, trial.lam, work)
+        # Ledger: cubics through works and powers at both ends; energies of the state.
+        ledger, rates = now.ledger, R.rates
+        rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+        for i in range(ledger.shape[0]):
+            change = rise * (flow.ledger[i] - old.ledger[i])
+            ledger[i] = old.ledger[i] + change + begin * rates[AT_START, i] + end * rates[AT_END, i]
+        stages.complete_ledger(flow, work, ledger)
+        write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, ledger, record.peak, True, R.signals)
+        acceptance.update_peaks(acceptance.next_due(options, flow, record), R.signals, record)
+        s = acceptance.save_within(R.signals, options, flow, record)
+    return acceptance.buffer_code(record)
 
 
 @dataclass(frozen=True)

@@ -6,21 +6,9 @@ onto the constraints; accelerations and multipliers follow from the equations of
 
 import math
 
+import flexmb.engine.energy as entries
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.energy import (
-    CONTACT,
-    DAMPING,
-    DRIVE,
-    FRICTION,
-    GRAVITY,
-    KINETIC,
-    LOAD,
-    STRAIN,
-    TURNED_OVER,
-    count_step,
-    update_balance,
-    update_residual,
-)
+from flexmb.engine.energy import count_step, update_balance, update_residual
 from flexmb.engine.linalg.lu import factor_complex, multiply, solve, solve_complex, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, largest_error, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
@@ -49,17 +37,10 @@ from flexmb.engine.radau.collocation import (
 )
 from flexmb.engine.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.engine.step.runge_kutta import accelerate, project_state
+from flexmb.engine.system import work as columns
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.elements import evaluate_energies
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
-from flexmb.engine.system.work import (
-    DRIVE_FORCE,
-    JOINT_FRICTION_FORCE,
-    JOINT_SLIP,
-    LOSS_FRICTION,
-    LOSS_NORMAL,
-    MOTION_RATE,
-)
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
 from flexmb.program.program import LOAD_KERNEL
@@ -363,9 +344,10 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     for i in range(n, n + m):
         R.d[i] = 0.0
     multiply(lu, R.inertia, R.d, R.x)
-    times_mass(tables, address, h, R.of_v, flow, work, R.y, R)
-    for i in range(n):
-        R.y[i] *= s * s
+    # M of_v, with the masses at the start of the step.
+    evaluate_energies(tables, address, flow.clock.t, h, flow.q, R.of_v, flow.a, R.zero, R.zero, flow.z, work)
+    for i in range(n):  # states of controls have the mass 1
+        R.y[i] = (work.momentum[i] if i < tables.sizes.n_b else R.of_v[i]) * (s * s)
     for i in range(n, n + m):
         R.x[i], R.y[i] = 0.0, 0.0
     solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)
@@ -377,16 +359,6 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     rtol = loose * trial.control.rtol
     worst = largest_error(tables, of_q, rtol, R.x, R.y, trial.a, False, options, flow, trial)
     return worst if math.isfinite(worst) else math.inf
-
-
-@compiled
-def times_mass(tables, address, h, x, flow, work, target, R):
-    """Set target[:n_q] = M x, with the masses at the start of the step."""
-    evaluate_energies(tables, address, flow.clock.t, h, flow.q, x, flow.a, R.zero, R.zero, flow.z, work)
-    for i in range(tables.sizes.n_b):
-        target[i] = work.momentum[i]
-    for i in range(tables.sizes.n_b, tables.sizes.n_q):  # states of controls
-        target[i] = x[i]
 
 
 # Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
@@ -492,27 +464,35 @@ def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, 
     evaluate_accepted(tables, address, t, elapsed, q, v, a, lam, flow.z, R.zero, R.zero, work)
     report_forces(tables, lam, work)
     W.damping += forces * work.power.damping
-    rates[DAMPING] += work.power.damping
+    rates[entries.DAMPING] += work.power.damping
     for row in range(work.drive.shape[0]):
         if tables.constraints.motion[row] >= 0:
-            power = work.drive[row, MOTION_RATE] * work.drive[row, DRIVE_FORCE]
+            power = work.drive[row, columns.MOTION_RATE] * work.drive[row, columns.DRIVE_FORCE]
             W.drives += joints * power
-            rates[DRIVE] += power
+            rates[entries.DRIVE] += power
             W.supplied += joints * abs(power)
     for c in range(work.joint_friction.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
-            power = work.joint_friction[c, JOINT_FRICTION_FORCE] * work.joint_friction[c, JOINT_SLIP]
+            power = work.joint_friction[c, columns.JOINT_FRICTION_FORCE] * work.joint_friction[c, columns.JOINT_SLIP]
             W.joints -= joints * power
-            rates[FRICTION] -= power
+            rates[entries.FRICTION] -= power
             W.joints_size += joints * abs(power)
     for c in range(R.losses.shape[0]):
         contact = work.contact[c]
         normal, friction = contact[NORMAL_FORCE] * contact[GAP_RATE], contact[FRICTION_FORCE] * contact[SLIP]
-        R.losses[c, LOSS_NORMAL] -= forces * normal
-        R.losses[c, LOSS_FRICTION] -= forces * friction
-        rates[CONTACT] -= normal
-        rates[FRICTION] -= friction
-    add_loads(tables, forces, v, work, W, rates)
+        R.losses[c, columns.LOSS_NORMAL] -= forces * normal
+        R.losses[c, columns.LOSS_FRICTION] -= forces * friction
+        rates[entries.CONTACT] -= normal
+        rates[entries.FRICTION] -= friction
+    E, place, power = tables.elements, 0, 0.0  # loads: elements without energies of their own
+    for e in range(E.p.shape[0]):
+        if E.energy[e] < 0:
+            for i in range(E.dof[e], E.dof[e + 1]):
+                power += work.load[place] * v[E.dofs[i]]
+                place += 1
+    W.loads += forces * power
+    rates[entries.LOAD] += power
+    W.supplied += forces * abs(power)
 
 
 @compiled
@@ -531,31 +511,17 @@ def has_work(tables, flow):
 
 
 @compiled
-def add_loads(tables, weight, v, work, W, rates):
-    """Add the power of elements without energies of their own, and its work over the time `weight` [s]."""
-    E, place, power = tables.elements, 0, 0.0
-    for e in range(E.p.shape[0]):
-        if E.energy[e] < 0:
-            for i in range(E.dof[e], E.dof[e + 1]):
-                power += work.load[place] * v[E.dofs[i]]
-                place += 1
-    W.loads += weight * power
-    rates[LOAD] += power
-    W.supplied += weight * abs(power)
-
-
-@compiled
 def update_ledger(tables, address, t, turned, flow, trial, work, R):
     """Update the ledger to the trial state; `turned`: absolute works of the step [J]."""
     ledger, balance, W = flow.ledger, flow.balance, R.works
     power = work.power
-    turned += abs(power.kinetic - ledger[KINETIC]) + abs(power.strain - ledger[STRAIN])
-    turned += abs(power.gravity - ledger[GRAVITY])
-    ledger[DRIVE] += W.drives
-    ledger[LOAD] += W.loads
-    ledger[FRICTION] += W.joints
-    ledger[DAMPING] += W.damping
-    ledger[TURNED_OVER] += 0.5 * turned
+    turned += abs(power.kinetic - ledger[entries.KINETIC]) + abs(power.strain - ledger[entries.STRAIN])
+    turned += abs(power.gravity - ledger[entries.GRAVITY])
+    ledger[entries.DRIVE] += W.drives
+    ledger[entries.LOAD] += W.loads
+    ledger[entries.FRICTION] += W.joints
+    ledger[entries.DAMPING] += W.damping
+    ledger[entries.TURNED_OVER] += 0.5 * turned
     balance.supplied += W.supplied
     power.algorithm = 0.0
     count_step(tables, trial.q, balance, work)
@@ -564,19 +530,11 @@ def update_ledger(tables, address, t, turned, flow, trial, work, R):
 
 
 @compiled
-def ledger_at(s, h, old, rates, flow, work, ledger):
-    """Ledger at fraction s of a step: cubics through works and powers at both ends; energies of the state."""
-    rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
-    for i in range(ledger.shape[0]):
-        ledger[i] = old[i] + rise * (flow.ledger[i] - old[i]) + begin * rates[AT_START, i] + end * rates[AT_END, i]
-    complete_ledger(flow, work, ledger)
-
-
-@compiled
 def complete_ledger(flow, work, ledger):
     """Set the energies of the state that was evaluated last in a ledger, and the residual."""
     power = work.power
-    ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
+    ledger[entries.KINETIC], ledger[entries.STRAIN] = power.kinetic, power.strain
+    ledger[entries.GRAVITY] = power.gravity
     update_residual(ledger, flow.balance)
 
 

@@ -171,7 +171,17 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
     first, begin, middle, end = K.z[c, at.COMMON_Z], K.z[c, at.NORMAL_Z], K.z[c, at.FRICTION_Z], K.z[c, at.Z_END]
     contact_differences(K, c, out, v, T, work)
     if middle > begin:
-        _advance_normal(tables, address, c, h, out[places.GAP], out[places.GAP_RATE], z, T, work)
+        # Effect of gap and gap rate on the history of the normal law.
+        gap, rate = out[places.GAP], out[places.GAP_RATE]
+        of_gap, of_rate = difference_step(gap, gap, 0.0), difference_step(rate, z[first + at.LAST_GAP_RATE], 0.0)
+        call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
+        _store_upper_side(begin, middle, work)
+        call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
+        _add_difference(begin, middle, T.own[:, OF_GAP], of_gap, T, work)
+        call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
+        _store_upper_side(begin, middle, work)
+        call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
+        _add_difference(begin, middle, T.own[:, OF_RATE], of_rate, T, work)
     if end > middle:
         friction = friction_at(address.friction, K.kernel[c, at.FRICTION_LAW])
         p = part_of(tables.p, K.p[c, at.FRICTION_P], K.p[c, at.FRICTION_P_END])
@@ -218,32 +228,12 @@ def _rate_derivatives(out, v, by):
     ax, ay, bx, by_ = out[places.ARM1_X], out[places.ARM1_Y], out[places.ARM2_X], out[places.ARM2_Y]
     for j in range(6):
         x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
-        axq, ayq, bxq, byq = (
-            out[places.ARM1_X_Q + j],
-            out[places.ARM1_Y_Q + j],
-            out[places.ARM2_X_Q + j],
-            out[places.ARM2_Y_Q + j],
-        )
+        axq, ayq = out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j]
+        bxq, byq = out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j]
         arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
         by[places.NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
         along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
         by[places.TANGENTIAL, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
-
-
-@compiled
-def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
-    """Add the effect of gap and gap rate to the history of a normal law."""
-    begin, end = tables.contacts.z[c, at.NORMAL_Z], tables.contacts.z[c, at.FRICTION_Z]
-    of_gap = difference_step(gap, gap, 0.0)
-    of_rate = difference_step(rate, z[tables.contacts.z[c, at.COMMON_Z] + at.LAST_GAP_RATE], 0.0)
-    call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
-    _store_upper_side(begin, end, work)
-    call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
-    _add_difference(begin, end, T.own[:, OF_GAP], of_gap, T, work)
-    call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
-    _store_upper_side(begin, end, work)
-    call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
-    _add_difference(begin, end, T.own[:, OF_RATE], of_rate, T, work)
 
 
 @compiled
@@ -325,14 +315,15 @@ def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
     fast = 0.0
     for i in range(n):
         fast = max(fast, abs(work.vl[i]))
-    reach = max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE)
+    reach, rate = (
+        max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE),
+        max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
+    )
     for j in range(T.q.shape[0]):
-        far, quick, strong = _sizes(E, e, n, j, T)
-        most = max(
-            far / reach,
-            quick / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
-            h * strong / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
-        )
+        far, quick, strong = 0.0, 0.0, 0.0
+        for dof in part_of(E.dofs, E.dof[e], E.dof[e + 1]):
+            far, quick, strong = max(far, abs(T.q[j, dof])), max(quick, abs(T.v[j, dof])), max(strong, abs(T.a[j, dof]))
+        most = max(far / reach, quick / rate, h * strong / rate)
         if most == 0.0:
             continue
         _move_element(E, e, n, 1.0 / most, j, q, v, a, T, work)
@@ -342,16 +333,6 @@ def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
         element_force(tables, address, e, n, t, h, z, work)
         for l in range(begin, end):
             T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * 0.5 * most
-
-
-@compiled
-def _sizes(E, e, n, j, T):
-    """Largest differences of positions, velocities and accelerations of element e."""
-    far, quick, strong = 0.0, 0.0, 0.0
-    for i in range(n):
-        dof = E.dofs[E.dof[e] + i]
-        far, quick, strong = max(far, abs(T.q[j, dof])), max(quick, abs(T.v[j, dof])), max(strong, abs(T.a[j, dof]))
-    return far, quick, strong
 
 
 @compiled
@@ -398,9 +379,12 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
         force, after = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
         if C.joint_friction[c, at.LOAD_KERNEL] < 0 or C.joint_friction_z[c, at.END] > C.joint_friction_z[c, at.BEGIN]:
             continue
-        slip = _joint_slip_before(tables, address, c, T, work)
+        # Slip at the start of the step, for which the load kernel is called.
+        find_joint_load(tables, address, c, T.start.q, T.start.lam, work)
+        slip, out = 0.0, work.joint_friction_out
+        for i in range(6):
+            slip += out[places.SLIDING + i] * T.start.v[C.dofs[C.dof[c] + i]]
         find_joint_load(tables, address, c, q, lam, work)
-        out = work.joint_friction_out
         before, slope, _ = call_joint_friction(tables, address, c, h, slip, out[places.LOAD], T.start.z, work.z_new)
         if _turns(slip, before, slope, after, force, work.slopes[k, JOINT_T_BY_SLIP], share, T.turn[k]):
             _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
@@ -413,16 +397,6 @@ def _slip_before(tables, address, c, T, work):
     gather(T.start.v, tables.contacts.dofs, 6 * c, 6, work.vl)
     call_gap(tables, address, c, work.ql, work.vl, work.gap)
     return work.gap[places.SLIP]
-
-
-@compiled
-def _joint_slip_before(tables, address, c, T, work):
-    """Slip of joint c at the start of the step, for which its load kernel is called."""
-    find_joint_load(tables, address, c, T.start.q, T.start.lam, work)
-    slip, begin = 0.0, tables.constraints.dof[c]
-    for i in range(6):
-        slip += work.joint_friction_out[places.SLIDING + i] * T.start.v[tables.constraints.dofs[begin + i]]
-    return slip
 
 
 @compiled

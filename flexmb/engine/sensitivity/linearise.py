@@ -12,31 +12,7 @@ from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.engine.radau.collocation import StateVectors, state_vectors
-from flexmb.engine.sensitivity.histories import (
-    FIRST,
-    add_contact_history,
-    add_element_history,
-    add_joint_friction_history,
-    add_turns,
-    advance_contact_history,
-    advance_element_history,
-    advance_joint_friction_history,
-    element_force,
-    find_joint_load,
-    find_turns,
-)
-from flexmb.engine.sensitivity.parameters import (
-    ControlSlopes,
-    ParameterRates,
-    add_control_forces,
-    add_control_matrix,
-    add_parameters,
-    control_slopes,
-    find_control_slopes,
-    parameter_rates,
-    subtract_control_rates,
-    subtract_state_rates,
-)
+from flexmb.engine.sensitivity import histories, parameters
 from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, add_tangents, jacobians
@@ -107,8 +83,8 @@ class Tangents(Record):
     rt: Vector  # (n_q + 3,) rate of the forces in time at rest
     moving: Matrix  # (2, n_c) G v, and G a + W v
     step: CarriedStep
-    control: ControlSlopes  # slopes of controllers
-    by: ParameterRates  # directions of the parameters to which the first differences belong
+    control: parameters.ControlSlopes  # slopes of controllers
+    by: parameters.ParameterRates  # directions of the parameters to which the first differences belong
     rows: SignalRows  # derivatives of signals
     closing: Integers  # (contacts,) 1 for a contact that begins at the very end of the step
     turn: Matrix  # (contacts + joints, 4) slopes of friction that turned in this step, see `find_turns`
@@ -116,47 +92,27 @@ class Tangents(Record):
 
 
 def new_tangents(
-    program: Program, k: int, by: ParameterRates | None = None, signals: SignalRows | None = None
+    program: Program, k: int, by: parameters.ParameterRates | None = None, signals: SignalRows | None = None
 ) -> Tangents:
     """Arrays for k differences of states of a compiled mechanism, with the directions and rows of k parameters."""
     tables, n, m = program.tables, program.n_q + 3, program.n_c
     n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
-    total = program.n_q + m
+    total, pattern = program.n_q + m, program.symbolic
+    wanted = np.unique(np.concatenate([tables.contacts.positions, tables.constraints.positions_h]).astype(np.int64))
+    every = np.stack([pattern.places, pattern.a_rows, pattern.a_cols], axis=1).astype(np.int64)
+    entries = every[np.isin(every[:, PLACE], wanted) & (every[:, ROW:] < program.n_q).all(axis=1)]
     rows, mean = dict.fromkeys(("q", "v", "a", "x", "U", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
     rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
     vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "zp"), n_z)
     vectors |= dict.fromkeys(("r", "f", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
     return Tangents(
-        **rows,
-        **vectors,
-        step=CarriedStep(0.0, 0.0, 0.0),
-        control=control_slopes(program),
-        by=parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
-        rows=signal_rows(program, 0) if signals is None else signals,
-        u=(k, total),
-        moved=(k, program.n_q),
-        gap=m,
-        entries=_entries(program),
-        D=tables.elements.pos[-1],
-        W=tables.constraints.pos_g[-1],
-        slip_direction=(n_g, 6),
-        local=(2, mean),
-        own=(k, 4),
-        g=(3, m),
-        start=state_vectors(program),
-        moving=(2, m),
-        closing=np.zeros(n_k, dtype=np.int64),
-        turn=(n_k + n_g, 4),
-        turned=(k, n_k + n_g),
-    )
-
-
-def _entries(program: Program) -> np.ndarray:
-    """Places, rows and columns of the entries of contacts and constraints in the matrix of the coordinates."""
-    tables, pattern = program.tables, program.symbolic
-    wanted = np.unique(np.concatenate([tables.contacts.positions, tables.constraints.positions_h]).astype(np.int64))
-    every = np.stack([pattern.places, pattern.a_rows, pattern.a_cols], axis=1).astype(np.int64)
-    return every[np.isin(every[:, 0], wanted) & (every[:, 1:] < program.n_q).all(axis=1)]
+        **rows, **vectors, step=CarriedStep(0.0, 0.0, 0.0), control=parameters.control_slopes(program),
+        by=parameters.parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
+        rows=signal_rows(program, 0) if signals is None else signals, u=(k, total), moved=(k, program.n_q), gap=m,
+        entries=entries, D=tables.elements.pos[-1], W=tables.constraints.pos_g[-1], slip_direction=(n_g, 6),
+        local=(2, mean), own=(k, 4), g=(3, m), start=state_vectors(program), moving=(2, m),
+        closing=np.zeros(n_k, dtype=np.int64), turn=(n_k + n_g, 4), turned=(k, n_k + n_g),
+    )  # fmt: skip
 
 
 @apart
@@ -177,25 +133,25 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
             _open_contact(tables, c, q, v, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 1.0, 0.0, True, work)
     if kv > 0.0:
-        find_turns(tables, address, h, kv / (ka * h), q, v, lam, T, work)
+        histories.find_turns(tables, address, h, kv / (ka * h), q, v, lam, T, work)
     _subtract_stiffness(T, work)
     if tables.controls.kernel.shape[0] > 0:
-        find_control_slopes(tables, address, t, q, v, a, z, ka, T, work)
+        parameters.find_control_slopes(tables, address, t, q, v, a, z, ka, T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
     if tables.controls.kernel.shape[0] > 0:
-        add_control_forces(tables, address, t, q, v, a, z, T, work)
-        add_control_matrix(tables, kv, T, work)
+        parameters.add_control_forces(tables, address, t, q, v, a, z, T, work)
+        parameters.add_control_matrix(tables, kv, T, work)
     if T.by.step.shape[0] > 0:
-        add_parameters(tables, address, t, h, q, v, a, lam, z, T, work)
+        parameters.add_parameters(tables, address, t, h, q, v, a, lam, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):
-        add_contact_history(tables, address, c, h, z, T, work)
+        histories.add_contact_history(tables, address, c, h, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
-            find_joint_load(tables, address, c, q, lam, work)
+            histories.find_joint_load(tables, address, c, q, lam, work)
             copy(part_of(work.joint_friction_out, SLIDING, SLIDING + 6), T.slip_direction[c])
-            add_joint_friction_history(tables, address, c, h, z, T, work)
+            histories.add_joint_friction_history(tables, address, c, h, z, T, work)
     if kv > 0.0:
-        add_turns(tables, address, T, work)
+        histories.add_turns(tables, address, T, work)
     for j in range(T.q.shape[0]):
         subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
     _add_damping(tables, kv, T, work)
@@ -277,11 +233,11 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
             for i in range(n * n):
                 work.lu[positions[i]] += s * work.Kl[i] + D[i]
         if E.factor[e] < NO_FACTOR:
-            element_force(tables, address, e, n, t, h, z, work)
+            histories.element_force(tables, address, e, n, t, h, z, work)
             for i in range(n):
                 T.control.force[FIRST_OUTPUT - E.factor[e], i] = work.rl[i]
         if E.z[e, END] > E.z[e, BEGIN]:
-            add_element_history(tables, address, e, n, t, h, s, z, T, work)
+            histories.add_element_history(tables, address, e, n, t, h, s, z, T, work)
 
 
 @compiled
@@ -321,7 +277,7 @@ def subtract_damping(tables, factor, x, F, T, work):
             friction = factor * work.slopes[K.kernel.shape[0] + c, JOINT_T_BY_SLIP] * slip
             for i in range(6):
                 F[C.dofs[begin + i]] += T.slip_direction[c, i] * friction
-    subtract_control_rates(tables, T.control.by_v, factor, x, F, T)
+    parameters.subtract_control_rates(tables, T.control.by_v, factor, x, F, T)
 
 
 @compiled
@@ -333,7 +289,7 @@ def rate_forces(tables, kv, x, T, work):
         T.r[i] = x[i]
     for e in range(E.p.shape[0]):
         n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
-        D, own = part_of(T.D, E.pos[e], E.pos[e + 1]), T.local[FIRST]
+        D, own = part_of(T.D, E.pos[e], E.pos[e + 1]), T.local[histories.FIRST]
         for i in range(n):
             own[i] = T.r[dofs[i]]
         for i in range(n):
@@ -342,7 +298,7 @@ def rate_forces(tables, kv, x, T, work):
                 total += D[i * n + l] * own[l]
             F[dofs[i]] += total
     subtract_damping(tables, -kv, T.r, F, T, work)
-    subtract_state_rates(tables, -T.control.mass, T.r, F)
+    parameters.subtract_state_rates(tables, -T.control.mass, T.r, F)
 
 
 @apart
@@ -350,13 +306,13 @@ def advance_histories(tables, address, t, h, q, v, a, lam, z, T, work):
     """Set T.z to the differences of histories at the end of a step, from T.z1, T.q, T.v, T.a and T.u."""
     for e in range(tables.elements.p.shape[0]):
         if tables.elements.z[e, END] > tables.elements.z[e, BEGIN]:
-            advance_element_history(tables, address, e, t, h, q, v, a, z, T, work)
+            histories.advance_element_history(tables, address, e, t, h, q, v, a, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):
-        advance_contact_history(tables, address, c, h, v, z, T, work)
+        histories.advance_contact_history(tables, address, c, h, v, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
         C = tables.constraints
         if C.joint_friction[c, LOAD_KERNEL] >= 0 and C.joint_friction_z[c, END] > C.joint_friction_z[c, BEGIN]:
-            advance_joint_friction_history(tables, address, c, h, q, v, lam, z, T, work)
+            histories.advance_joint_friction_history(tables, address, c, h, q, v, lam, z, T, work)
     for j in range(T.z.shape[0]):
         copy(T.z1[j], T.z[j])
 
@@ -410,17 +366,10 @@ def _add_jacobian(tables, address, c, t, eps, factor, q, v, lam, T, work):
         work.Kl[i] = 0.0
     T.g[:, :] = 0.0
     constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
-        t,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(lam, begin, end),
-        T.g[RESIDUAL, begin:end],
-        matrix_view(work.Cl, m, n),
-        T.g[RATE, begin:end],
-        T.g[RIGHT_SIDE, begin:end],
-        matrix_view(work.Kl, n, n),
-    )
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n),
+        part_of(lam, begin, end), T.g[RESIDUAL, begin:end], matrix_view(work.Cl, m, n), T.g[RATE, begin:end],
+        T.g[RIGHT_SIDE, begin:end], matrix_view(work.Kl, n, n),
+    )  # fmt: skip
     for i in range(m * n):
         T.W[place + i] += factor * work.Cl[i]
 

@@ -92,7 +92,11 @@ class ParameterRun(CarryingRun):
             if last >= 0 and abs(rows.due[last] - instant) <= SAME_INSTANT * float(np.diff(rows.due).min()):
                 self._write_slopes(T, last)
             if rows.every:
-                self._add_row(T, instant)
+                # A row of steps with the state just after the jump.
+                self._fetch_rows()
+                self.find_slopes(T)
+                y = self.record.signals[T.rows.places][None]
+                self.blocks.append((np.array([instant]), y, T.rows.now.reshape(1, -1).copy(), np.zeros((1, len(T.q)))))
 
     def find_slopes(self, T: Tangents) -> None:
         """Set T.rows.now to the derivatives of the signals in the present state."""
@@ -104,13 +108,6 @@ class ParameterRun(CarryingRun):
         """Write the derivatives at the present instant into a row of the saved instants."""
         self.find_slopes(T)
         T.rows.slopes[row] = T.rows.now.ravel()
-
-    def _add_row(self, T: Tangents, instant: float) -> None:
-        """Add a row of steps with the state just after a jump."""
-        self._fetch_rows()
-        self.find_slopes(T)
-        y = self.record.signals[T.rows.places][None]
-        self.blocks.append((np.array([instant]), y, T.rows.now.reshape(1, -1).copy(), np.zeros((1, len(T.q)))))
 
     def rows(self, first: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, ...]:
         """Start and ends of all steps: time (n,), signals (n, m), derivatives (n, p, m), time shifts (n, p)."""

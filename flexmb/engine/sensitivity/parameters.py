@@ -21,18 +21,10 @@ import numpy as np
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.engine.sensitivity.histories import OF_GAP, OF_RATE, OF_SLIP, element_force
+from flexmb.engine.system import elements
 from flexmb.engine.system.constraints import add_joint_friction, call_constraint
 from flexmb.engine.system.contacts import call_friction, call_gap, call_normal, jacobians
-from flexmb.engine.system.elements import (
-    LEAST_SIZE,
-    RELATIVE_DIFFERENCE,
-    differentiate_law,
-    evaluate_controls,
-    gather_state,
-    load_factor,
-    read_inputs,
-    threes,
-)
+from flexmb.engine.system.elements import LEAST_SIZE, RELATIVE_DIFFERENCE
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
@@ -73,14 +65,14 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
     """Set work.output and the slopes of all controllers; keep the differences of sampled ones in T.z1."""
     C, S = tables.controls, T.control
     S.mass = ka
-    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+    elements.evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for by_velocity in range(2):
         found = S.by_q if by_velocity == 0 else S.by_v
         for c in range(C.kernel.shape[0]):
             if C.z[c, at.END] > C.z[c, at.BEGIN]:
                 continue
-            read_inputs(tables, address, c, t, q, v, work)
-            differentiate_law(tables, address, c, t, q, v, 1.0 - by_velocity, 1.0 * by_velocity, work)
+            elements.read_inputs(tables, address, c, t, q, v, work)
+            elements.differentiate_law(tables, address, c, t, q, v, 1.0 - by_velocity, 1.0 * by_velocity, work)
             for i in range(S.pos[c + 1] - S.pos[c]):
                 found[S.pos[c] + i] = work.law_tangent[i]
     for c in range(C.kernel.shape[0]):
@@ -107,7 +99,7 @@ def add_control_forces(tables, address, t, q, v, a, z, T, work):
                     T.zs[i] = z[i] + e * T.z[j, i]
             add_control_change(tables, tables, address, t, q, v, a, T.zs, 0.5 / e, j, T, work)
     copy(z, T.zs)
-    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+    elements.evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
 
 
 @compiled
@@ -131,7 +123,7 @@ def subtract_state_rates(tables, factor, x, F):
     """F -= factor times the motion x of the states, whose residual is rate less law."""
     C = tables.controls
     for c in range(C.kernel.shape[0]):
-        for i in range(threes(C.states[c]) if C.dof[c + 1] > C.dof[c] else 0):
+        for i in range(elements.threes(C.states[c]) if C.dof[c + 1] > C.dof[c] else 0):
             dof = C.dofs[C.dof[c] + i]
             F[dof] -= factor * x[dof]
 
@@ -152,7 +144,7 @@ def add_control_matrix(tables, kv, T, work):
     for c in range(C.kernel.shape[0]):
         n, n_x, place = C.dof[c + 1] - C.dof[c], C.states[c], S.pos[c]
         rows = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
-        for i in range(threes(n_x) if n > 0 else 0):
+        for i in range(elements.threes(n_x) if n > 0 else 0):
             work.lu[rows[i * n + i]] += S.mass
             for l in range(n if i < n_x else 0):
                 work.lu[rows[i * n + l]] -= S.by_q[place + i * n + l] + kv * S.by_v[place + i * n + l]
@@ -168,7 +160,7 @@ def add_control_matrix(tables, kv, T, work):
 def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, work):
     """Add factor times outputs and rates of states with the numbers of `varied` and histories z to T.F."""
     C = tables.controls
-    evaluate_controls(varied, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+    elements.evaluate_controls(varied, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for c in range(C.kernel.shape[0]):
         for i in range(C.states[c] if C.dof[c + 1] > C.dof[c] else 0):
             dof = C.dofs[C.dof[c] + i]
@@ -188,17 +180,9 @@ def sampled_inputs(program: Program) -> np.ndarray:
 
 
 def act_differences(
-    program: Program,
-    instant: float,
-    y: np.ndarray,
-    z: np.ndarray,
-    dy: np.ndarray,
-    dz: np.ndarray,
-    sizes: np.ndarray,
-    moved: Sequence[Moved],
-    *,
-    every: bool,
-) -> np.ndarray:
+    program: Program, instant: float, y: np.ndarray, z: np.ndarray, dy: np.ndarray, dz: np.ndarray, sizes: np.ndarray,
+    moved: Sequence[Moved], *, every: bool,
+) -> np.ndarray:  # fmt: skip
     """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11)."""
 
     # y, z: signals and histories just before;  dy, dz: their differences (k, n_y) and (k, n_z);  sizes: (n_y,) largest
@@ -250,25 +234,20 @@ def parameter_rates(program: Program, directions: np.ndarray, step: np.ndarray) 
     pieces = [list(_pieces(tables, set(places.tolist()))) for places in moved]
     listed = [piece for own in pieces for piece in own]
     return ParameterRates(
-        varied=tables.replaced(p=np.array(tables.p)),
-        step=step,
+        varied=tables.replaced(p=np.array(tables.p)), step=step,
         number=np.concatenate([*moved, np.zeros(0)]).astype(np.int64),
         rate=np.concatenate([*(row[own] for row, own in zip(directions, moved, strict=True)), np.zeros(0)]),
-        first=np.cumsum([0, *map(len, moved)]).astype(np.int64),
-        pieces=np.array(listed, dtype=np.int64).reshape(-1, 2),
-        piece=np.cumsum([0, *map(len, pieces)]).astype(np.int64),
-        g=(k, n_c),
-        gv=(k, n_c),
+        first=np.cumsum([0, *map(len, moved)]).astype(np.int64), pieces=np.array(listed, dtype=np.int64).reshape(-1, 2),
+        piece=np.cumsum([0, *map(len, pieces)]).astype(np.int64), g=(k, n_c), gv=(k, n_c),
         contact=(3 * k, len(tables.contacts.kernel)),
-    )
+    )  # fmt: skip
 
 
 def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
     """Elements, constraints, contacts and controllers that read one of the numbers at `places`."""
     E, C, K, laws = tables.elements, tables.constraints, tables.contacts, tables.controls
-    bounds: list[tuple[int, int, tuple[Any, ...]]] = [
-        (ELEMENT, e, (own, factor)) for e, (own, factor) in enumerate(zip(E.p, E.factor_p, strict=True))
-    ]
+    bounds: list[tuple[int, int, tuple[Any, ...]]] = []
+    bounds += [(ELEMENT, e, pair) for e, pair in enumerate(zip(E.p, E.factor_p, strict=True))]
     for c, own in enumerate(C.p):
         rubbing = C.joint_friction_p[c]
         bounds.append((CONSTRAINT, c, (own, *C.motion_p[C.row[c] : C.row[c + 1]], rubbing[:2], rubbing[2:])))
@@ -309,7 +288,7 @@ def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
                     _add_constraint(by.varied, address, number, t, h, q, v, lam, z, 0.5 / eps, j, T, work)
                 elif kind == CONTROLLERS:
                     add_control_change(tables, by.varied, address, t, q, v, a, z, 0.5 / eps, j, T, work)
-                    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
+                    elements.evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
                 else:
                     _add_contact(by.varied, address, number, h, q, v, z, 0.5 / eps, j, T, work)
         move_numbers(tables, by, j, 0.0)
@@ -323,9 +302,9 @@ def _add_element(varied, address, e, t, h, q, v, a, z, factor, j, T, work):
     """Add factor times force and history of element e."""
     E = varied.elements
     n = E.dof[e + 1] - E.dof[e]
-    gather_state(E, e, n, q, v, a, work)
+    elements.gather_state(E, e, n, q, v, a, work)
     element_force(varied, address, e, n, t, h, z, work)
-    s = factor * load_factor(varied, address, e, t, work)
+    s = factor * elements.load_factor(varied, address, e, t, work)
     for i in range(n):
         T.F[j, E.dofs[E.dof[e] + i]] -= s * work.rl[i]
     for l in range(E.z[e, at.BEGIN], E.z[e, at.END]):

@@ -78,27 +78,13 @@ def signal_rows(
     due, m, n, n_z = np.zeros(0) if due is None else due, len(places), program.n_q + 3, program.tables.sizes.n_z
     rows = STEP_ROWS if every else 0
     return SignalRows(
-        number=RowNumbers(0, 0),
-        probe=workspace(program),
-        places=places,
-        evaluated=bool(np.any(places >= 3 * program.n_q)),
-        every=every,
-        due=due,
-        slopes=(len(due), k * m),
-        **dict.fromkeys(("times", "sizes"), rows),
-        step_values=(rows, m),
-        step_slopes=(rows, k * m),
-        shifts=(rows, k),
-        **dict.fromkeys(("q0", "v0", "a0", "a_past"), (k, n)),
-        **dict.fromkeys(("lam0", "lam_past"), (k, program.n_c)),
-        z0=(k, n_z),
-        change=state_vectors(program),
-        state=state_vectors(program),
-        y=program.tables.sizes.n_y,
-        now=(k, m),
-        found=m,
-        pair=(2, m),
-    )
+        number=RowNumbers(0, 0), probe=workspace(program), places=places,
+        evaluated=bool(np.any(places >= 3 * program.n_q)), every=every, due=due, slopes=(len(due), k * m),
+        **dict.fromkeys(("times", "sizes"), rows), step_values=(rows, m), step_slopes=(rows, k * m), shifts=(rows, k),
+        **dict.fromkeys(("q0", "v0", "a0", "a_past"), (k, n)), **dict.fromkeys(("lam0", "lam_past"), (k, program.n_c)),
+        z0=(k, n_z), change=state_vectors(program), state=state_vectors(program), y=program.tables.sizes.n_y,
+        now=(k, m), found=m, pair=(2, m),
+    )  # fmt: skip
 
 
 @compiled

@@ -75,16 +75,9 @@ TANGENT_LOST = 40  # code of a step with a singular tangent
 
 
 @compiled
-def store_start(flow, T):
-    """Store the state before a step."""
-    keep_state(flow, T.start)
-    T.step.start, T.step.before = flow.clock.t, flow.clock.last_step
-
-
-@compiled
 def carry_differences(tables, address, lu, h, options, flow, trial, record, T, work):
     """Carry the differences T through the step of size h that led to `flow`; RUNNING, or TANGENT_LOST."""
-    # `store_start` has stored the state before the step.
+    # T.start is the state before the step.
     first = T.step.before == 0.0
     o = options.first if first else options.regular
     kv, kx, ka = newmark_coefficients(h, o)
@@ -164,12 +157,9 @@ def shift_times(tables, address, T, work):
                 T.x[j, i] += part * (T.start.a[i] - T.ap[i])
             for i in range(tables.sizes.n_z):
                 T.z[j, i] += part * (T.start.z[i] - T.zp[i])
-    linearise(
-        tables, address, T.step.start, 0.0, T.start.q, T.start.v, T.start.a, T.start.lam, T.start.z, 0.0, 1.0, T, work
-    )
-    advance_histories(
-        tables, address, T.step.start, 0.0, T.start.q, T.start.v, T.start.a, T.start.lam, T.start.z, T, work
-    )
+    s, t = T.start, T.step.start
+    linearise(tables, address, t, 0.0, s.q, s.v, s.a, s.lam, s.z, 0.0, 1.0, T, work)
+    advance_histories(tables, address, t, 0.0, s.q, s.v, s.a, s.lam, s.z, T, work)
 
 
 @compiled
@@ -280,8 +270,7 @@ def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
 @compiled
 def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
     """Take the forces of friction that turned out of the accelerations at the end; whether this succeeded."""
-    # ka : weight of the mass matrix, beside which stiffness does not matter;  lag : change of the auxiliary
-    # acceleration
+    # ka : weight of the mass matrix, beside which stiffness does not matter;  lag : change of auxiliary accelerations
     n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     complete_turned(tables, address, flow.q, flow.v, flow.lam, T, work)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, 0.0, ka, T, work)
@@ -318,21 +307,13 @@ def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, r
     return types.int64(table, *given), codegen
 
 
-def address_of_advance(*arguments: Any) -> Any:
-    """Table (1,) with the address of `advance`, compiled for such arguments; unused without JIT."""
-    table = np.zeros(1, dtype=np.int64)
-    if not config.DISABLE_JIT:
-        found = advance.get_compile_result(types.int64(*(numba.typeof(x) for x in arguments)))
-        table[0] = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
-    return table
-
-
 @compiled
 def advance_with_tangents(table, tables, address, lu, options, flow, trial, work, record, own, T, steps):
     """Take at most `steps` steps of `advance` with tangents T; `own` : a second `Work`."""
     for _ in range(steps):
         before = record.count.steps
-        store_start(flow, T)
+        keep_state(flow, T.start)
+        T.step.start, T.step.before = flow.clock.t, flow.clock.last_step
         code = step_at(table, tables, address, lu, options, flow, trial, work, record, 1)
         if record.count.steps > before:
             carried = carry_differences(tables, address, lu, record.report.size, options, flow, trial, record, T, own)
@@ -367,7 +348,11 @@ class CarryingStepper(NewmarkStepper):
             return super().advance(run, options, steps)
         arguments = run.arguments(options)
         if self._address is None:
-            self._address = address_of_advance(*arguments, 1)
+            # Table (1,) with the address of `advance`, compiled for such arguments; unused without JIT.
+            self._address = np.zeros(1, dtype=np.int64)
+            if not config.DISABLE_JIT:
+                found = advance.get_compile_result(types.int64(*(numba.typeof(x) for x in (*arguments, 1))))
+                self._address[0] = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
         return int(advance_with_tangents(self._address, *arguments, self.second, self.tangents, steps))
 
     def explain(self, code: int) -> str | None:
@@ -475,9 +460,14 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
     system, b = StateEvaluation(program), np.zeros((len(T.q), n + program.n_c))
     b[:, :n] = T.F[:, :n]
+    length = np.where(metric_of(program) == 1.0, program.length, 1.0)
+    fast = max(float(np.abs(flow.v[:n] / length).max()), 1.0)
     for j in range(len(T.q) if program.n_c > 0 else 0):
-        eps = _state_difference(program, flow, j, T)
-        if eps > 0.0:
+        # Part of difference j that moves positions, velocities and numbers by a small part; infinite: it moves none.
+        most = max(float(np.abs(T.q[j, :n] / length).max()), float(np.abs(T.v[j, :n] / length).max()) / fast)
+        least = float(T.by.step[j]) if j < len(T.by.step) else math.inf
+        eps = min(STATE_DIFFERENCE / most if most > 0.0 else math.inf, least)
+        if eps < math.inf:
             find_acceleration_gap(tables, program.addresses, t, eps, *now[:4], j, T, work)
             b[j, n:] = -T.gap
     system.at(flow.q[:n], flow.v[:n], lam=flow.lam, z=flow.z, t=t, weights=(0.0, 0.0, 1.0))
@@ -486,17 +476,6 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     T.x[:] = T.a
     if histories:
         advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
-
-
-def _state_difference(program: Program, flow: Any, j: int, T: Tangents) -> float:
-    """Part of difference j that moves positions, velocities and numbers by a small part; 0: it moves none."""
-    n = program.n_q
-    length = np.where(metric_of(program) == 1.0, program.length, 1.0)
-    fast = max(float(np.abs(flow.v[:n] / length).max()), 1.0)
-    most = max(float(np.abs(T.q[j, :n] / length).max()), float(np.abs(T.v[j, :n] / length).max()) / fast)
-    least = float(T.by.step[j]) if j < len(T.by.step) else math.inf
-    eps = min(STATE_DIFFERENCE / most if most > 0.0 else math.inf, least)
-    return eps if eps < math.inf else 0.0
 
 
 @compiled

@@ -120,29 +120,15 @@ def _zero_flow(program: Program) -> Flow:
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Flow(
-        clock=Clock.zeros(),
-        balance=EnergyBalance.zeros(),
-        predictor=Predictor.zeros(),
-        reuse=JacobianReuse.zeros(),
-        prediction_errors=PAST_STATES + 1,
-        q=n,
-        v=n,
-        a=n,
-        x=n,
-        lam=m,
-        z=program.tables.sizes.n_z,
-        ledger=11,
-        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 3 * n_g + load_forces(program),
-        episodes=(n_k, EPISODE_SIZE),
-        past=(PAST_STATES, program.n_q + m),
-        factors=program.symbolic.size,
-        slopes=(n_k + n_g, 4),
-        impacts=(n_k, IMPACT_SIZE),
-        momentum=n,
-        projected_gaps=(PAST_STATES + 1, m),
+        clock=Clock.zeros(), balance=EnergyBalance.zeros(), predictor=Predictor.zeros(), reuse=JacobianReuse.zeros(),
+        prediction_errors=PAST_STATES + 1, **dict.fromkeys(("q", "v", "a", "x", "momentum"), n), lam=m,
+        z=program.tables.sizes.n_z, ledger=11,
+        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 3 * n_g + load_forces(program), episodes=(n_k, EPISODE_SIZE),
+        past=(PAST_STATES, program.n_q + m), factors=program.symbolic.size, slopes=(n_k + n_g, 4),
+        impacts=(n_k, IMPACT_SIZE), projected_gaps=(PAST_STATES + 1, m),
         largest_speeds=int(body_groups(program).max(initial=-1)) + 1,
         largest_states=program.n_q - program.tables.sizes.n_b,
-    )
+    )  # fmt: skip
 
 
 class StepControl(Record, frozen=True):
@@ -227,22 +213,14 @@ def _zero_trial(program: Program, redundant: int, control: StepControl, left_out
     states |= dict.fromkeys(("lam", "projected_gaps"), m)
     vectors = ("rhs", "gap_rhs", "solution", "shift", "pivot_scale", "scratch", "last_correction")
     return Trial(
-        **states,
-        **dict.fromkeys(vectors, total),
-        scratch_pair=2 * total,
-        free_multipliers=(redundant, m),
-        left_out=np.zeros(left_out, dtype=np.int64),
-        left_out_pivots=np.zeros(left_out, dtype=np.int64),
-        rigid=rigid_coordinates(program),
-        groups=groups[: program.n_q],
+        **states, **dict.fromkeys(vectors, total), scratch_pair=2 * total, free_multipliers=(redundant, m),
+        left_out=np.zeros(left_out, dtype=np.int64), left_out_pivots=np.zeros(left_out, dtype=np.int64),
+        rigid=rigid_coordinates(program), groups=groups[: program.n_q],
         contact_groups=np.maximum(*groups[program.tables.contacts.dofs.astype(np.int64).reshape(-1, 6)[:, ::3].T]),
-        speeds=int(groups.max(initial=-1)) + 1,
-        control=control,
-        predictor=Predictor.zeros(),
-        reuse=JacobianReuse.zeros(),
-        newton=NewtonIteration.zeros(),
+        speeds=int(groups.max(initial=-1)) + 1, control=control, predictor=Predictor.zeros(),
+        reuse=JacobianReuse.zeros(), newton=NewtonIteration.zeros(),
         slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
-    )
+    )  # fmt: skip
 
 
 def rigid_coordinates(program: Program) -> np.ndarray:

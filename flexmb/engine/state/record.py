@@ -190,24 +190,12 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
     return RunRecord(
-        times=rows,
-        values=(rows, n_y if saved_places is None else len(saved_places)),
-        saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places,
-        save_times=0,
-        **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y),
-        watched=0,
-        levels=(0, 2),
-        low_places=0,
-        lows=(0, 2),
-        poses=new_poses(program),
-        last_lam=program.n_c,
-        last_z=program.tables.sizes.n_z,
-        one_sided=one_sided,
-        places=program.tables.measured.places,
-        place_then=len(program.tables.measured.places),
-        count=Counters.zeros(),
-        report=StepReport(np.inf, *(0.0,) * 10),
-        held_rows=program.n_c,
+        times=rows, values=(rows, n_y if saved_places is None else len(saved_places)),
+        saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places, save_times=0,
+        **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y), watched=0, levels=(0, 2),
+        low_places=0, lows=(0, 2), poses=new_poses(program), last_lam=program.n_c, last_z=program.tables.sizes.n_z,
+        one_sided=one_sided, places=program.tables.measured.places, place_then=len(program.tables.measured.places),
+        count=Counters.zeros(), report=StepReport(np.inf, *(0.0,) * 10), held_rows=program.n_c,
         passed=len(program.tables.contacts.kernel),
         episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW_SIZE),
-    )
+    )  # fmt: skip

@@ -7,33 +7,16 @@ stored energies and measured signals are evaluated there.  Works and losses sinc
 
 import math
 
+import flexmb.engine.energy as entries
 from flexmb.engine.energy import (
-    DRIVE,
-    GRAVITY,
-    KINETIC,
     STEPS_BEFORE_CHECK,
-    STRAIN,
-    TURNED_OVER,
     check_balance,
     complete_algorithm_work,
     contact_losses,
     update_balance,
 )
 from flexmb.engine.newmark.predictor import find_newmark_residual
-from flexmb.engine.state.record import (
-    BUFFER_FULL,
-    CONDITION_MET,
-    DIRECTION,
-    EVALUATED,
-    INSTANT,
-    LEAST,
-    LEVEL,
-    NEVER,
-    NOT_EVALUATED,
-    OF_PEAK,
-    PLACE,
-    RUNNING,
-)
+from flexmb.engine.state import record as codes
 from flexmb.engine.step.contact_events import buffer_may_overflow, note_passed_contacts, planned_step, update_episodes
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import add_contacts
@@ -55,7 +38,19 @@ def save_instants(tables, address, options, flow, trial, work, record):
     """
     s = save_ends(options, flow, record)
     while s < 1.0:
-        signals_within(tables, address, s, flow, trial, work, record)
+        # All signals at fraction s of the last step, in `record.within`.
+        h, old, new = record.report.size, record.last_signals, record.signals
+        interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
+        t, q, v, a, lam = record.report.start + s * h, trial.q, trial.v, trial.a, trial.lam
+        mean_v, residual = trial.mean_v, trial.newmark_residual
+        evaluate_accepted(tables, address, t, s * h, q, v, a, lam, record.last_z, mean_v, residual, work)
+        report_forces(tables, lam, work)
+        y, energy, power = record.within, tables.sizes.energy, work.power
+        write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, y)
+        y[energy + entries.KINETIC], y[energy + entries.STRAIN] = power.kinetic, power.strain
+        y[energy + entries.GRAVITY] = power.gravity
+        for k in range(energy + entries.DRIVE, energy + entries.TURNED_OVER + 1):
+            y[k] = (1.0 - s) * old[k] + s * new[k]
         s = save_within(record.within, options, flow, record)
     return buffer_code(record)
 
@@ -67,8 +62,10 @@ def save_ends(options, flow, record):
         save_row(record.signals, flow.clock.t, record)
         return 1.0
     step = record.report
-    while is_due(options, flow, record):
+    while record.count.rows < record.times.shape[0]:
         due = next_due(options, flow, record)
+        if due > flow.clock.t + 1e-9 * options.save_interval:
+            return 1.0
         s = (due - step.start) / step.size
         if s < END_OF_STEP:
             return s
@@ -100,23 +97,7 @@ def save_row(signals, instant, record):
 @compiled
 def buffer_code(record):
     """BUFFER_FULL if the buffer of saved instants is full, else RUNNING."""
-    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
-
-
-@compiled
-def signals_within(tables, address, s, flow, trial, work, record):
-    """All signals at fraction s of the last step, in `record.within`."""
-    h, old, new = record.report.size, record.last_signals, record.signals
-    interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
-    t, q, v, a, lam = record.report.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    mean_v, residual = trial.mean_v, trial.newmark_residual
-    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, record.last_z, mean_v, residual, work)
-    report_forces(tables, trial.lam, work)
-    write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, record.within)
-    y, energy, power = record.within, tables.sizes.energy, work.power
-    y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
-    for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
-        y[k] = (1.0 - s) * old[k] + s * new[k]
+    return codes.BUFFER_FULL if record.count.rows >= record.times.shape[0] else codes.RUNNING
 
 
 @compiled
@@ -144,9 +125,9 @@ def interpolate_state(n, s, h, flow, trial, record):
 def next_due(options, flow, record):
     """The first instant [s] of the save grid, or of the given times, that is not saved yet."""
     saved, times = flow.clock.saved_instants, record.save_times
-    if times.shape[0] == 0 or options.save_interval >= NEVER:
+    if times.shape[0] == 0 or options.save_interval >= codes.NEVER:
         return flow.clock.save_start + (saved + 1.0) * options.save_interval
-    return times[int(saved)] if saved < times.shape[0] else NEVER
+    return times[int(saved)] if saved < times.shape[0] else codes.NEVER
 
 
 @compiled
@@ -157,19 +138,12 @@ def end_is_saved(options, flow, record):
     passed = math.floor((flow.clock.t - flow.clock.save_start) / options.save_interval + 1e-9)
     last = flow.clock.save_start + passed * options.save_interval
     step, times = record.report, record.save_times
-    if times.shape[0] > 0 and options.save_interval < NEVER:
+    if times.shape[0] > 0 and options.save_interval < codes.NEVER:
         passed = int(flow.clock.saved_instants)
         while passed < times.shape[0] and times[passed] <= flow.clock.t + 1e-9 * options.save_interval:
             last = times[passed]
             passed += 1
     return passed > flow.clock.saved_instants and last - step.start >= END_OF_STEP * step.size
-
-
-@compiled
-def is_due(options, flow, record):
-    """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
-    passed = next_due(options, flow, record) <= flow.clock.t + 1e-9 * options.save_interval
-    return passed and record.count.rows < record.times.shape[0]
 
 
 # Poses of accepted steps, which a run keeps for its watch (`flexmb.engine.state.record`)
@@ -179,8 +153,8 @@ def watch_step(strain, flow, record):
     t, signals = flow.clock.t, record.signals
     for k in range(record.low_places.shape[0]):
         value = signals[record.low_places[k]]
-        if value < record.lows[k, LEAST]:
-            record.lows[k, LEAST], record.lows[k, INSTANT] = value, t
+        if value < record.lows[k, codes.LEAST]:
+            record.lows[k, codes.LEAST], record.lows[k, codes.INSTANT] = value, t
     poses = record.poses
     last = poses.times.shape[0] - 1
     number = poses.number
@@ -191,7 +165,13 @@ def watch_step(strain, flow, record):
     if number.wait > 0:
         return
     if number.count == last:
-        _thin(poses)
+        # Every second pose, at twice the distance.
+        number.count //= 2
+        number.stride *= 2
+        for k in range(1, number.count):
+            poses.times[k], poses.sizes[k] = poses.times[2 * k], poses.sizes[2 * k]
+            copy(poses.values[2 * k], poses.values[k])
+            copy(poses.z[2 * k], poses.z[k])
     _keep(number.count, t, flow, record)
     number.count += 1
     number.wait = number.stride
@@ -204,17 +184,6 @@ def _keep(row, t, flow, record):
     poses.times[row], poses.sizes[row] = t, record.report.size
     copy(record.signals, poses.values[row])
     copy(flow.z, poses.z[row])
-
-
-@compiled
-def _thin(poses):
-    """Every second pose, at twice the distance."""
-    poses.number.count //= 2
-    poses.number.stride *= 2
-    for k in range(1, poses.number.count):
-        poses.times[k], poses.sizes[k] = poses.times[2 * k], poses.sizes[2 * k]
-        copy(poses.values[2 * k], poses.values[k])
-        copy(poses.z[2 * k], poses.z[k])
 
 
 @compiled
@@ -238,29 +207,29 @@ def report_step(tables, address, exact, flow, work, record):
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
     update_peaks(t, signals, record)
-    watch_step(tables.sizes.energy + STRAIN, flow, record)
+    watch_step(tables.sizes.energy + entries.STRAIN, flow, record)
 
 
 @compiled
 def ending(saved, flow, record):
     """Code behind an accepted step, whose instants were saved with the code `saved`."""
     if condition_met(record):
-        return CONDITION_MET
-    if saved != RUNNING:
+        return codes.CONDITION_MET
+    if saved != codes.RUNNING:
         return saved
     if buffer_may_overflow(flow, record):
-        return BUFFER_FULL
-    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
+        return codes.BUFFER_FULL
+    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else codes.RUNNING
 
 
 @compiled
 def complete_evaluation(tables, address, h, flow, trial, work, record):
     """Evaluate the forces, histories and energies of the trial state that the last iteration left out."""
     t, q, v, a, lam = flow.clock.t + h, trial.q, trial.v, trial.a, trial.lam
-    if record.count.evaluated == EVALUATED:
+    if record.count.evaluated == codes.EVALUATED:
         return
     find_newmark_residual(tables.sizes.n_q, h, flow, trial)
-    if record.count.evaluated == NOT_EVALUATED:
+    if record.count.evaluated == codes.NOT_EVALUATED:
         mean_v, residual = trial.mean_v, trial.newmark_residual
         evaluate_accepted(tables, address, t, h, q, v, a, lam, flow.z, mean_v, residual, work)
         record.count.evaluations += 1
@@ -309,7 +278,7 @@ def adopt_trial(h, flow, trial, work, record):
 def condition_met(record):
     """Whether a watched signal has crossed its level in the last step; its number goes to `Counters.condition`."""
     for k in range(record.watched.shape[0]):
-        place, level, sign = record.watched[k], record.levels[k, LEVEL], record.levels[k, DIRECTION]
+        place, level, sign = record.watched[k], record.levels[k, codes.LEVEL], record.levels[k, codes.DIRECTION]
         if sign * (record.last_signals[place] - level) < 0.0 and sign * (record.signals[place] - level) >= 0.0:
             record.count.condition = k + 1
             return True
@@ -320,8 +289,9 @@ def condition_met(record):
 def extremum_is_watched(record):
     """Whether a stop condition watches a signal that has a place."""
     for k in range(record.places.shape[0]):
+        place, of = record.places[k, codes.PLACE], record.places[k, codes.OF_PEAK]
         for w in range(record.watched.shape[0]):
-            if record.watched[w] == record.places[k, OF_PEAK] or record.watched[w] == record.places[k, PLACE]:
+            if record.watched[w] == of or record.watched[w] == place:
                 return True
     return False
 
@@ -330,7 +300,7 @@ def extremum_is_watched(record):
 def update_peaks(t, signals, record):
     """Update the largest values of all signals and their times; a place is that of the peak of its signal."""
     for k in range(record.places.shape[0]):
-        place, of = record.places[k, PLACE], record.places[k, OF_PEAK]
+        place, of = record.places[k, codes.PLACE], record.places[k, codes.OF_PEAK]
         record.place_then[k] = signals[place] if abs(signals[of]) > record.peak[of] else record.peak[place]
     for i in range(signals.shape[0]):  # without branches: the compiler makes vectors of it
         size = signals[i] if record.one_sided[i] else abs(signals[i])
@@ -338,7 +308,7 @@ def update_peaks(t, signals, record):
         record.peak[i] = size if larger else record.peak[i]
         record.peak_time[i] = t if larger else record.peak_time[i]
     for k in range(record.places.shape[0]):
-        place, of = record.places[k, PLACE], record.places[k, OF_PEAK]
+        place, of = record.places[k, codes.PLACE], record.places[k, codes.OF_PEAK]
         record.peak[place], record.peak_time[place] = record.place_then[k], record.peak_time[of]
 
 

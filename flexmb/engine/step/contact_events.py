@@ -50,9 +50,8 @@ def update_episodes(tables, h, options, flow, work, record):
         gap, rate, N = work.contact[c, GAP], work.contact[c, GAP_RATE], work.contact[c, NORMAL_FORCE]
         if before == 0.0:
             flow.episodes[c, START] = work.z_new[k + at.ONSET_TIME]
-            flow.episodes[c, APPROACH] = speed_at_crossing(
-                h, flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE], gap, rate
-            )
+            gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+            flow.episodes[c, APPROACH] = speed_at_crossing(h, gap0, rate0, gap, rate)
         m, depth = CONTACT_MEMORY_SIZE * c, max(-gap, 0.0)
         flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + MEMORY_NORMAL] + N)
         flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
@@ -103,14 +102,12 @@ def close_round_off_gaps(program: Program, z: np.ndarray, flow: Flow) -> None:
     # An onset in the first step would have an approach speed of round-off. Histories z (n_z,) are those with which the
     # start state was evaluated; the histories of `flow` change.
     K, laws = program.tables.contacts, program.kernels[Addresses._fields.index("normal")]
-    for kernel, p, (begin, normal, end, _) in zip(
-        K.kernel[:, at.NORMAL_LAW], K.p[:, at.NORMAL_P : at.NORMAL_P_END + 1], K.z, strict=True
-    ):
+    numbers = K.p[:, at.NORMAL_P : at.NORMAL_P_END + 1]
+    for kernel, p, (begin, normal, end, _) in zip(K.kernel[:, at.NORMAL_LAW], numbers, K.z, strict=True):
         gap, rate = flow.z[begin + at.LAST_GAP], flow.z[begin + at.LAST_GAP_RATE]
         if 0.0 < gap <= ROUND_OFF_GAP * program.length:
-            N, _, _ = laws[kernel].dispatcher(
-                program.tables.p[slice(*p)], 0.0, 0.0, rate, z[normal:end], flow.z[normal:end]
-            )
+            own = program.tables.p[slice(*p)]
+            N, _, _ = laws[kernel].dispatcher(own, 0.0, 0.0, rate, z[normal:end], flow.z[normal:end])
             flow.z[begin : begin + at.CONTACT_COMMON] = CLOSING_PHASE, flow.clock.t, 0.0, N, rate
 
 
@@ -197,7 +194,10 @@ def planned_step(tables, address, options, flow, trial, work):
         if step == 0.0 or slow:
             if step == 0.0 and rate < 0.0:
                 arrival = min(arrival, -gap / rate)
-            h = min(h, step_of_approach(arrival, gap, slow, options))
+            if gap > NEAR_GAP * options.length:
+                h = min(h, (1.0 - LEFT_BEFORE_ONSET) * arrival)
+            elif not slow:  # the impact is resolved, but not known from one before
+                h = min(h, 2.0 * arrival)
         elif arrival > ONSET_TOLERANCE * step:
             h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival))
         else:
@@ -205,14 +205,6 @@ def planned_step(tables, address, options, flow, trial, work):
             probe = max(PROBE_FRACTION * trial.control.impact_steps, 1.0) * step
             h = min(h, step_across_jump(arrival, step) if flow.impacts[c, FORCE_JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
-
-
-@compiled
-def step_of_approach(arrival, gap, slow, options):
-    """Largest step towards an onset whose impact is not known from one before, or too slow to be resolved [s]."""
-    if gap > NEAR_GAP * options.length:
-        return (1.0 - LEFT_BEFORE_ONSET) * arrival
-    return math.inf if slow else 2.0 * arrival
 
 
 @compiled
@@ -245,9 +237,8 @@ def predicted_onset(tables, c, flow):
 def in_impact(tables, c, flow, trial):
     """Whether the closed contact c is in an impact that the steps resolve."""
     lasted = flow.clock.t - flow.episodes[c, START]
-    impact = flow.z[tables.contacts.z[c, at.COMMON_Z]] != LASTING_PHASE and flow.episodes[
-        c, APPROACH
-    ] > slow_approach_speed(c, flow, trial)
+    phase, speed = flow.z[tables.contacts.z[c, at.COMMON_Z]], flow.episodes[c, APPROACH]
+    impact = phase != LASTING_PHASE and speed > slow_approach_speed(c, flow, trial)
     return impact and lasted < LONGEST_IMPACT * trial.control.impact_steps * flow.impacts[c, IMPACT_STEP]
 
 
@@ -262,10 +253,8 @@ def normal_force(tables, address, c, gap, rate, flow, work):
 def find_force_jump(tables, address, c, speed, flow, work):
     """Find out whether the normal force of contact c jumps at its onset, as that of a damper does."""
     depth = speed * flow.impacts[c, IMPACT_STEP]
-    inside, deep = (
-        normal_force(tables, address, c, -1e-3 * depth, -speed, flow, work),
-        normal_force(tables, address, c, -depth, -speed, flow, work),
-    )
+    inside = normal_force(tables, address, c, -1e-3 * depth, -speed, flow, work)
+    deep = normal_force(tables, address, c, -depth, -speed, flow, work)
     flow.impacts[c, FORCE_JUMPS] = 1.0 if inside > 0.1 * deep else 0.0
 
 
@@ -313,9 +302,8 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
         return h
     step = flow.impacts[c, IMPACT_STEP]
     is_known = step > 0.0
-    if not is_known or (
-        arrival <= ONSET_TOLERANCE * step and h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
-    ):
+    long = h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
+    if not is_known or (arrival <= ONSET_TOLERANCE * step and long):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
         braking = 0.0 if is_known else own - rate0 - flow.impacts[c, GAP_ACCELERATION] * arrival
         step = impact_step(tables, address, c, h, speed, gap, own, braking, options, flow, trial, work)
@@ -356,11 +344,9 @@ def step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial):
     if flow.impacts[c, IMPACT_STEP] > 0.0:
         step = min(step, flow.impacts[c, IMPACT_STEP])
     flow.impacts[c, IMPACT_STEP] = step
-    return (
-        arrival + step
-        if arrival <= ONSET_TOLERANCE * step
-        else max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival)
-    )
+    if arrival <= ONSET_TOLERANCE * step:
+        return arrival + step
+    return max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival)
 
 
 @compiled
@@ -482,10 +468,7 @@ def update_impacts(tables, address, h, options, flow, trial, work):
                 n = force_exponent(tables, address, c, -gap, speed, N, flow, work) if N > 0.0 else 1.0
                 T = DURATION_FACTOR * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / speed
                 step = impact_duration(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.control.impact_steps
-                if (
-                    not SHORTEN_BELOW * flow.impacts[c, IMPACT_STEP]
-                    < step
-                    < LENGTHEN_ABOVE * flow.impacts[c, IMPACT_STEP]
-                ):
+                present = flow.impacts[c, IMPACT_STEP]
+                if not SHORTEN_BELOW * present < step < LENGTHEN_ABOVE * present:
                     flow.impacts[c, IMPACT_STEP] = step
     return restarts

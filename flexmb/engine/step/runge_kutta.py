@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.energy import RESIDUAL_LIMIT_RUNGE_KUTTA
 from flexmb.engine.linalg.lu import LOST_PIVOT, ROWS_HELD, first_held_row, held_residual, solve
-from flexmb.engine.newmark.jacobian_reuse import (
-    allowed_gap,
-    discard_factors,
-    factor_without_redundant,
-    held_code,
-    initial_hold,
-    update_held_multipliers,
-)
+from flexmb.engine.newmark import jacobian_reuse
 from flexmb.engine.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.engine.step.acceptance import accept, finished, next_step_size
 from flexmb.engine.step.method import Method, Stepper
@@ -67,7 +60,7 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
     # since the start of the step over h;  load : (n_q + 3,) forces beside those of the model [N, N m]
     # Equations (1.3) and (1.11) of docs/theory/equations_of_motion.md.
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    hold, lost = initial_hold(flow), ROWS_HELD
+    hold, lost = jacobian_reuse.initial_hold(flow), ROWS_HELD
     while lost == ROWS_HELD:
         q, v, still = trial.q, trial.v, stages.zero
         evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
@@ -76,14 +69,14 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
             trial.rhs[i] = load[i] - (work.r[i] + work.Gl[i])
         for i in range(m):
             trial.rhs[n + i] = work.gamma[i]
-        lost = factor_without_redundant(lu, work.lu, hold, n, trial)
+        lost = jacobian_reuse.factor_without_redundant(lu, work.lu, hold, n, trial)
         record.count.factorisations += 1
         if lost >= 0:
             record.count.lost_pivot = lost
             return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
         if lost == ROWS_HELD:
             left = h * h * held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
-            if hold == LOST_PIVOT or left <= allowed_gap(tables, h, options, flow, flow.a, False):
+            if hold == LOST_PIVOT or left <= jacobian_reuse.allowed_gap(tables, h, options, flow, flow.a, False):
                 break
             hold = LOST_PIVOT  # the rows are not redundant
     solve(lu, work.lu, trial.rhs, trial.solution, trial.scratch)
@@ -92,7 +85,7 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
     for i in range(m):
         trial.lam[i] += trial.solution[n + i]
     finite = math.isfinite(trial.solution.sum())
-    record.count.held_code = held_code(lost == ROWS_HELD, hold == LOST_PIVOT, flow)
+    record.count.held_code = jacobian_reuse.held_code(lost == ROWS_HELD, hold == LOST_PIVOT, flow)
     return RUNNING if finite else NOT_FINITE
 
 
@@ -100,7 +93,7 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
 def project_state(tables, address, lu, t, h, options, flow, trial, work, record, stages):
     """Project positions, then velocities, onto the constraints, with least kinetic energy."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    level, hold = 0, initial_hold(flow)
+    level, hold = 0, jacobian_reuse.initial_hold(flow)
     while level < PROJECTIONS:
         evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count.evaluations += 1
@@ -108,7 +101,7 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
         velocities = level == PROJECTIONS - 1
         for i in range(m):
             trial.rhs[n + i] = -work.gv[i] if velocities else -work.g[i]
-        lost = factor_without_redundant(lu, work.lu, hold, n, trial)
+        lost = jacobian_reuse.factor_without_redundant(lu, work.lu, hold, n, trial)
         record.count.factorisations += 1
         if lost >= 0:
             record.count.lost_pivot = lost
@@ -116,7 +109,7 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
         if lost == ROWS_HELD:
             left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch) * (h if velocities else 1.0)
             redundant = hold == LOST_PIVOT and trial.left_out.shape[0] > 0
-            if left > allowed_gap(tables, h, options, flow, flow.a, redundant):
+            if left > jacobian_reuse.allowed_gap(tables, h, options, flow, flow.a, redundant):
                 if hold == LOST_PIVOT:  # the rows contradict the others
                     record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
                     return SINGULAR
@@ -168,7 +161,7 @@ def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, r
 @compiled
 def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages: Stages, steps):
     """Take at most `steps` steps of fixed size; RUNNING, or the code of the ending."""
-    discard_factors(flow.reuse)
+    jacobian_reuse.discard_factors(flow.reuse)
     record.count.evaluated = NOT_EVALUATED
     for _ in range(steps):
         if finished(options, flow):
@@ -178,7 +171,7 @@ def advance_explicit(tables, address, lu, options, flow, trial, work, record, st
         if code != RUNNING:
             return code
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
-            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
+            jacobian_reuse.update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
         code = accept(tables, address, h, options, flow, trial, work, record, True)
         if code != RUNNING:
             return code

@@ -5,17 +5,7 @@ Equations (1.1), (1.2) and (1.7) of docs/theory/equations_of_motion.md.
 """
 
 from flexmb.engine.compiled.arrays import matrix_view, part_of
-from flexmb.engine.system.work import (
-    DRIVE_FORCE,
-    JOINT_FRICTION_FORCE,
-    JOINT_SLIP,
-    JOINT_T_BY_LAM,
-    JOINT_T_BY_SLIP,
-    MOMENT,
-    MOTION,
-    MOTION_ACCELERATION,
-    MOTION_RATE,
-)
+from flexmb.engine.system import work as columns
 from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
 from flexmb.places import LOAD, LOAD_BY_LAM, LOAD_BY_Q, SLIDING
 from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
@@ -87,11 +77,11 @@ def add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work
     for j in range(6):
         slip += out[SLIDING + j] * work.vl[j]
     T, T_slip, T_N = call_joint_friction(tables, address, c, h, slip, out[LOAD], z, work.z_new)
-    work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP] = T, slip
+    work.joint_friction[c, columns.JOINT_FRICTION_FORCE], work.joint_friction[c, columns.JOINT_SLIP] = T, slip
     slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
-    slopes[JOINT_T_BY_SLIP] = T_slip
+    slopes[columns.JOINT_T_BY_SLIP] = T_slip
     for k in range(3):
-        slopes[JOINT_T_BY_LAM + k] = T_N * out[LOAD_BY_LAM + k]
+        slopes[columns.JOINT_T_BY_LAM + k] = T_N * out[LOAD_BY_LAM + k]
     begin = C.dof[c]
     for i in range(6):
         work.r[C.dofs[begin + i]] -= T * out[SLIDING + i]
@@ -137,17 +127,11 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]
     constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
-        t,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(lam, begin, end),
-        part_of(work.g, begin, end),
-        matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n),
-        part_of(work.gv, begin, end),
-        part_of(work.gamma, begin, end),
-        matrix_view(work.Kl, n, n),
-    )
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n),
+        part_of(lam, begin, end), part_of(work.g, begin, end),
+        matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n), part_of(work.gv, begin, end),
+        part_of(work.gamma, begin, end), matrix_view(work.Kl, n, n),
+    )  # fmt: skip
     for k in range(begin, end):
         if C.motion[k] < 0:
             continue
@@ -157,8 +141,8 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
         work.g[k] -= s
         work.gv[k] -= s_dot
         work.gamma[k] += s_ddot
-        work.drive[k, MOTION], work.drive[k, MOTION_RATE] = s, s_dot
-        work.drive[k, MOTION_ACCELERATION] = s_ddot
+        work.drive[k, columns.MOTION], work.drive[k, columns.MOTION_RATE] = s, s_dot
+        work.drive[k, columns.MOTION_ACCELERATION] = s_ddot
 
 
 @compiled
@@ -176,6 +160,6 @@ def report_forces(tables, lam, work):
                     force -= work.G[C.pos_g[c] + i * n + place] * lam[row + i]
             work.joint[c, k] = force
         moment = C.moment[c] if C.moment[c] >= 0 else m - 1
-        work.joint[c, MOMENT] = -lam[row + moment]
+        work.joint[c, columns.MOMENT] = -lam[row + moment]
     for k in range(lam.shape[0]):
-        work.drive[k, DRIVE_FORCE] = -lam[k]
+        work.drive[k, columns.DRIVE_FORCE] = -lam[k]

@@ -125,11 +125,8 @@ def add_tangents(out, positions, kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work)
     for j in range(6):
         x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
         axq, ayq, bxq, byq = (
-            out[places.ARM1_X_Q + j],
-            out[places.ARM1_Y_Q + j],
-            out[places.ARM2_X_Q + j],
-            out[places.ARM2_Y_Q + j],
-        )
+            out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j], out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j],
+        )  # fmt: skip
         g = (x, y, y * ax - x * ay + ny * axq - nx * ayq, -x, -y, -(y * bx - x * by + ny * bxq - nx * byq))
         s = (y, -x, -(x * ax + y * ay + nx * axq + ny * ayq), -y, x, x * bx + y * by + nx * bxq + ny * byq)
         rate_q, slip_q = 0.0, 0.0

@@ -47,7 +47,13 @@ def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
             work.r[dofs[i]] = a[dofs[i]] - (work.law[i] if i < n_x else 0.0)
         if matrix:
             differentiate_law(tables, address, c, t, q, v, kq, kv, work)
-            add_state_tangents(tables, c, ka, work)
+            # Derivatives of the residuals of the states.
+            n = C.dof[c + 1] - C.dof[c]
+            positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
+            for i in range(threes(n_x)):
+                work.lu[positions[i * n + i]] += ka
+                for j in range(n if i < n_x else 0):
+                    work.lu[positions[i * n + j]] -= work.law_tangent[i * n + j]
 
 
 @compiled
@@ -104,12 +110,9 @@ def measured(tables, address, j, t, q, v, i, dq, dv, work):
         work.ql[i] += dq
         work.vl[i] += dv
     return signal_at(address.signal, C.source[j, at.SOURCE_NUMBER])(
-        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]),
-        t,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-    )
+        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t, part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n), part_of(work.al, 0, n),
+    )  # fmt: skip
 
 
 @compiled
@@ -120,13 +123,9 @@ def call_law(tables, address, c, t, work):
     for i in range(n_x + n_y):
         work.law[i] = 0.0
     control_at(address.control, C.kernel[c])(
-        part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]),
-        t,
-        part_of(work.u, 0, C.input[c + 1] - C.input[c]),
-        part_of(work.x, 0, n_x),
-        part_of(work.law, 0, n_x),
-        part_of(work.law, n_x, n_x + n_y),
-    )
+        part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]), t, part_of(work.u, 0, C.input[c + 1] - C.input[c]),
+        part_of(work.x, 0, n_x), part_of(work.law, 0, n_x), part_of(work.law, n_x, n_x + n_y),
+    )  # fmt: skip
 
 
 @compiled
@@ -196,18 +195,6 @@ def add_column(rows, n, place, factor, work):
     """Add factor times work.law_column to a column of work.law_tangent (rows, n)."""
     for i in range(rows):
         work.law_tangent[i * n + place] += factor * work.law_column[i]
-
-
-@compiled
-def add_state_tangents(tables, c, ka, work):
-    """Add the derivatives of the residuals of the states of control c to work.lu."""
-    C = tables.controls
-    n, n_x = C.dof[c + 1] - C.dof[c], C.states[c]
-    positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
-    for i in range(threes(n_x)):
-        work.lu[positions[i * n + i]] += ka
-        for j in range(n if i < n_x else 0):
-            work.lu[positions[i * n + j]] -= work.law_tangent[i * n + j]
 
 
 @compiled

@@ -4,17 +4,9 @@ import math
 
 from flexmb import places
 from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.system import work as columns
 from flexmb.engine.system.elements import load_factor, write_control_signals
-from flexmb.engine.system.work import (
-    DRIVE_FORCE,
-    FORCE_X,
-    FORCE_Y,
-    JOINT_FRICTION_FORCE,
-    MOMENT,
-    MOTION,
-    MOTION_RATE,
-    gather,
-)
+from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled, extremum_at, signal_at
 from flexmb.program.program import ADDED, BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, MULTIPLIED, SECOND
 
@@ -108,18 +100,18 @@ def _constraints(tables, v, work, y):
     for c in range(C.kernel.shape[0]):
         k = C.out[c]
         if C.forces[c] > FRICTION_ALONE:
-            fx, fy = work.joint[c, FORCE_X], work.joint[c, FORCE_Y]
+            fx, fy = work.joint[c, columns.FORCE_X], work.joint[c, columns.FORCE_Y]
             y[k + FX], y[k + FY], y[k + FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)
             if C.moment[c] >= 0:
-                y[k + JOINT_MOMENT] = work.joint[c, MOMENT]
+                y[k + JOINT_MOMENT] = work.joint[c, columns.MOMENT]
         if C.forces[c] > 0 and C.joint_friction[c, LOAD_KERNEL] >= 0:
             last = C.forces[c] - 1
-            y[k + last] = C.joint_friction_arm[c] * work.joint_friction[c, JOINT_FRICTION_FORCE]
+            y[k + last] = C.joint_friction_arm[c] * work.joint_friction[c, columns.JOINT_FRICTION_FORCE]
         k += C.forces[c]
         for row in range(C.row[c], C.row[c + 1]):
             if C.motion[row] >= 0:
-                speed, force = work.drive[row, MOTION_RATE], work.drive[row, DRIVE_FORCE]
-                y[k + DRIVEN], y[k + SPEED] = work.drive[row, MOTION], speed
+                speed, force = work.drive[row, columns.MOTION_RATE], work.drive[row, columns.DRIVE_FORCE]
+                y[k + DRIVEN], y[k + SPEED] = work.drive[row, columns.MOTION], speed
                 y[k + DRIVING], y[k + POWER] = force, force * speed
                 k += DRIVE_SIGNALS
         for i in range(C.reaction[c], C.reaction[c + 1]):
@@ -131,7 +123,7 @@ def _constraints(tables, v, work, y):
 def _reaction(C, c, i, v, work, y):
     """Reaction i of constraint c: of a row, or on coordinates; or its power."""
     if C.reaction_on[i] == C.reaction_on[i + 1]:
-        force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
+        force = C.reaction_factor[i] * work.drive[C.reaction_row[i], columns.DRIVE_FORCE]
         if C.reaction_dof[i] >= 0:
             force *= v[C.reaction_dof[i]]
         if C.reaction_rate[i] >= 0:  # a signal of a kernel, written before
@@ -141,7 +133,7 @@ def _reaction(C, c, i, v, work, y):
     for k in range(C.reaction_on[i], C.reaction_on[i + 1]):
         place, force = C.reaction_places[k], 0.0
         for row in range(C.row[c], C.row[c + 1]):
-            force += work.G[C.pos_g[c] + (row - C.row[c]) * n + place] * work.drive[row, DRIVE_FORCE]
+            force += work.G[C.pos_g[c] + (row - C.row[c]) * n + place] * work.drive[row, columns.DRIVE_FORCE]
         dof = C.dofs[C.dof[c] + place]
         total += force * v[dof] if C.reaction_power[i] > 0 else force
     return total
@@ -155,10 +147,8 @@ def _contacts(tables, work, y):
         N, T = work.contact[c, places.NORMAL_FORCE], work.contact[c, places.FRICTION_FORCE]
         nx, ny = work.contact[c, places.NORMAL_X], work.contact[c, places.NORMAL_Y]
         y[k + EX], y[k + EY] = work.contact[c, places.ECCENTRICITY_X], work.contact[c, places.ECCENTRICITY_Y]
-        y[k + VEX], y[k + VEY] = (
-            work.contact[c, places.ECCENTRICITY_RATE_X],
-            work.contact[c, places.ECCENTRICITY_RATE_Y],
-        )
+        y[k + VEX] = work.contact[c, places.ECCENTRICITY_RATE_X]
+        y[k + VEY] = work.contact[c, places.ECCENTRICITY_RATE_Y]
         y[k + PENETRATION], y[k + PENETRATION_RATE] = -work.contact[c, places.GAP], -work.contact[c, places.GAP_RATE]
         y[k + NORMAL_SIGNAL], y[k + FRICTION_SIGNAL] = N, T
         fx, fy = -N * nx - T * ny, -N * ny + T * nx  # on the second body

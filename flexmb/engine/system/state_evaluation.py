@@ -42,16 +42,9 @@ class StateEvaluation:
         return (KeptFactors if self._pattern.n > LARGE_UNKNOWNS else PivotingSolver)(self._pattern)
 
     def at(
-        self,
-        q: Vector,
-        v: Vector | None = None,
-        a: Vector | None = None,
-        lam: Vector | None = None,
-        *,
-        t: float = 0.0,
-        z: Vector | None = None,
-        weights: Vector = (0.0, 0.0, 0.0),
-    ) -> StateEvaluation:
+        self, q: Vector, v: Vector | None = None, a: Vector | None = None, lam: Vector | None = None, *, t: float = 0.0,
+        z: Vector | None = None, weights: Vector = (0.0, 0.0, 0.0),
+    ) -> StateEvaluation:  # fmt: skip
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix."""
         # The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
         n, m = self.program.n_q, self.program.n_c
@@ -333,21 +326,14 @@ def _constraint_calls(program: Program, s: Instant) -> Iterator[_Call]:
             if C.motion[k] >= 0:
                 yield _Call(part, _kernel(program, "motion", C.motion[k]), (_numbers(program, C.motion_p[k]), s.t))
         if C.joint_friction[c, at.LOAD_KERNEL] >= 0:
-            yield from _joint_friction_calls(program, s, c, part)
-
-
-def _joint_friction_calls(program: Program, s: Instant, c: int, part: str) -> Iterator[_Call]:
-    C = program.tables.constraints
-    dofs, places = C.dofs[C.dof[c] : C.dof[c + 1]], C.joint_friction_p[c]
-    out, n = np.zeros(JOINT_FRICTION_SIZE), len(dofs)
-    lam = s.lam[C.row[c] : C.row[c + 1]]
-    p, law_p = (_numbers(program, places[begin:]) for begin in (at.LOAD_P, at.SLIDING_P))
-    load = _kernel(program, "joint_friction", C.joint_friction[c, at.LOAD_KERNEL])
-    yield _Call(part, load, (p, s.q[dofs], lam, out, np.zeros((n, n))))
-    z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
-    slip = float(out[SLIDING : SLIDING + 6] @ s.v[dofs[:6]])
-    law = _kernel(program, "friction", C.joint_friction[c, at.SLIDING_LAW])
-    yield _Call(part, law, (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
+            out, places = np.zeros(JOINT_FRICTION_SIZE), C.joint_friction_p[c]
+            p, law_p = (_numbers(program, places[first:]) for first in (at.LOAD_P, at.SLIDING_P))
+            load = _kernel(program, "joint_friction", C.joint_friction[c, at.LOAD_KERNEL])
+            yield _Call(part, load, (p, q, lam, out, np.zeros((n, n))))
+            z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
+            slip = float(out[SLIDING : SLIDING + 6] @ v[:6])
+            law = _kernel(program, "friction", C.joint_friction[c, at.SLIDING_LAW])
+            yield _Call(part, law, (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
 
 
 def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:

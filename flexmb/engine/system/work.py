@@ -12,7 +12,7 @@ from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
-from flexmb.program.program import FOUR_SIZE, Controls, Program
+from flexmb.program.program import FOUR_SIZE, Program
 
 # Templates of records of zeros, remembered for each structure of programs
 
@@ -114,42 +114,24 @@ def workspace(program: Program) -> Work:
 
 def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
-    E, C = program.tables.elements, program.tables.constraints
+    E, C, controls = program.tables.elements, program.tables.constraints, program.tables.controls
     own, of_constraints = np.diff(E.dof), np.diff(C.dof)  # signals have no matrices
     n = max(sizes.most_dofs, FOUR_SIZE * LANES)
     square = max(LANES * FOUR_SIZE**2, int(own.max(initial=0)) ** 2, int(of_constraints.max(initial=0)) ** 2)
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    controls = ("output", "slope", "u", "x", "law", "law_column", "law_tangent")
-    return Work(
-        **dict.fromkeys(("r", "Gl", "momentum"), sizes.n_q + 3),
-        **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
-        **dict.fromkeys(("z_new", "z_between"), sizes.n_z),
-        **dict.fromkeys(("ql", "vl", "al", "rl", "yl", "Mvl", "Myl"), n),
-        **dict.fromkeys(("Kl", "Cl", "Ml"), square),
-        **dict(zip(controls, _sizes_of_controls(program.tables.controls), strict=True)),
-        lu=program.symbolic.size,
-        contact=(n_k, GAP_SIZE + 2),
-        drive=(sizes.n_c, 4),
-        joint=(n_g, 4),
-        power=Powers.zeros(),
-        G=C.pos_g[-1],
-        contact_scratch=(2, 6),
-        joint_friction=(n_g, 2),
-        joint_friction_out=JOINT_FRICTION_SIZE,
-        joint_friction_curve=(6, 6),
-        slopes=(n_k + n_g, 4),
-        load=load_forces(program),
-        loss=(n_k, 16),
-        gap=GAP_SIZE,
-    )
-
-
-def _sizes_of_controls(controls: Controls) -> tuple[int, ...]:
-    """Lengths of the arrays of controls: outputs, slopes, inputs, states, rates with outputs (twice), tangents."""
     inputs, outputs, dofs = (np.diff(x) for x in (controls.input, controls.output, controls.dof))
     rows = controls.states + outputs
-    most = [int(x.max(initial=0)) for x in (inputs, controls.states, rows, rows, rows * dofs)]
-    return int(controls.output[-1]), int(controls.slope[-1]), *most
+    of_controls = {"u": inputs, "x": controls.states, "law": rows, "law_column": rows, "law_tangent": rows * dofs}
+    return Work(
+        **dict.fromkeys(("r", "Gl", "momentum"), sizes.n_q + 3), **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
+        **dict.fromkeys(("z_new", "z_between"), sizes.n_z),
+        **dict.fromkeys(("ql", "vl", "al", "rl", "yl", "Mvl", "Myl"), n), **dict.fromkeys(("Kl", "Cl", "Ml"), square),
+        **{name: int(each.max(initial=0)) for name, each in of_controls.items()}, output=int(controls.output[-1]),
+        slope=int(controls.slope[-1]), lu=program.symbolic.size, contact=(n_k, GAP_SIZE + 2), drive=(sizes.n_c, 4),
+        joint=(n_g, 4), power=Powers.zeros(), G=C.pos_g[-1], contact_scratch=(2, 6), joint_friction=(n_g, 2),
+        joint_friction_out=JOINT_FRICTION_SIZE, joint_friction_curve=(6, 6), slopes=(n_k + n_g, 4),
+        load=load_forces(program), loss=(n_k, 16), gap=GAP_SIZE,
+    )  # fmt: skip
 
 
 def load_forces(program: Program) -> int:

@@ -92,9 +92,8 @@ def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     aside = rigid.moved(q, POSE_SHIFT * w / np.abs(w).max())
     system.at(aside, t=t)
     motion = system.work.drive[closed.tables.constraints.motion >= 0, MOTION]
-    target = {
-        name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)
-    }  # where the drives stand now
+    # where the drives stand now
+    target = {name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)}
     return close_loops(closed, target, start=aside, t=t)[0]
 
 
@@ -360,14 +359,9 @@ def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
 
 
 def accelerations(
-    program: Program,
-    q: np.ndarray,
-    v: np.ndarray,
-    t: float,
-    z: np.ndarray | None = None,
-    *,
+    program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None, *,
     system: StateEvaluation | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
     # z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
     # Equation (1.11) of docs/theory/equations_of_motion.md.
@@ -404,10 +398,16 @@ CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanis
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
     """The positions and velocities (n_q,) nearest to q and v that satisfy all constraints at time t."""
-    # Whole turns of the drives are removed first, so that a state of one period may be the start of another. Angles
-    # count by the size of the mechanism.
+    # Whole turns of the drives are removed first, so that a state of one period may be the start of another: gaps of
+    # angles are then less than a turn. Angles count by the size of the mechanism.
     system, metric = StateEvaluation(program), metric_of(program)
-    q = without_whole_turns(program, system, np.array(q, dtype=np.float64), t)
+    q, angles = np.array(q, dtype=np.float64), np.asarray(program.tables.kind) == 1
+    G = plain(system.at(q, t=t).blocks[1])
+    turns = np.round(system.residual / WHOLE_TURN)
+    rows = np.flatnonzero(np.abs(G[:, ~angles]).max(axis=1, initial=0.0) == 0.0)
+    if turns[rows].any():
+        shift = np.linalg.lstsq(G[rows][:, angles], -WHOLE_TURN * turns[rows], rcond=1e-11)[0]
+        q[angles] += WHOLE_TURN * np.round(shift / WHOLE_TURN)
     for _ in range(MOST_PROJECTIONS):
         G = system.at(q, t=t).blocks[1]
         gap = system.residual
@@ -431,16 +431,3 @@ def shortest_correction(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray
     """The shortest x (n,) in the metric with G x = b, in the sense of least squares for redundant rows."""
     weight: Any = np.diag(metric) if isinstance(G, np.ndarray) else sp.diags_array(metric).tocsc()
     return least_energy(weight, G, b) if len(b) else np.zeros(len(metric))
-
-
-def without_whole_turns(program: Program, system: StateEvaluation, q: np.ndarray, t: float) -> np.ndarray:
-    """q with bodies turned by whole turns, so that gaps of angles are less than a turn."""
-    angles = np.asarray(program.tables.kind) == 1
-    G = plain(system.at(q, t=t).blocks[1])
-    turns = np.round(system.residual / WHOLE_TURN)
-    rows = np.flatnonzero(np.abs(G[:, ~angles]).max(axis=1, initial=0.0) == 0.0)
-    if not turns[rows].any():
-        return q
-    shift = np.linalg.lstsq(G[rows][:, angles], -WHOLE_TURN * turns[rows], rcond=1e-11)[0]
-    q[angles] += WHOLE_TURN * np.round(shift / WHOLE_TURN)
-    return q
