@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from flexmb import checks
 from flexmb.engine.newmark.error_control import (
     accept_or_reject,
+    crosses_jump,
     error_ratio,
     growth_factor,
     meets_contacts,
@@ -72,6 +73,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         adopt_factors(flow, trial, work)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            restarts = restarts or crosses_jump(tables, address, h, options, flow, trial, work, record)
             update_step_sizes(h, growth, options, flow)
         update_predictor(tables, h, options.length, flow, trial, work)
         code = accept(tables, address, h, options, flow, trial, work, record, False)

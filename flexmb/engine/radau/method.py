@@ -13,6 +13,7 @@ from flexmb.engine.energy import contact_losses
 from flexmb.engine.newmark.error_control import (
     CONTACT_TRIALS,
     accept_or_reject,
+    crosses_jump,
     growth_factor,
     meets_contacts,
     update_step_sizes,
@@ -98,6 +99,7 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
             remove_free_components(trial, R)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            restarts = restarts or crosses_jump(tables, address, h, options, flow, trial, work, record)
             update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         R.step.last = flow.clock.last_step = 0.0 if restarts else h
