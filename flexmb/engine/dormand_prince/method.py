@@ -12,12 +12,11 @@ from flexmb.engine.compiled.records import fitting
 from flexmb.engine.dormand_prince.stages import Stages, new_stages
 from flexmb.engine.dormand_prince.step import add_works, find_accelerations, find_between, find_dense_output, try_step
 from flexmb.engine.newmark.error_control import (
-    CONTACT_TRIALS,
     accept_or_reject,
     crosses_jump,
     growth_factor,
+    misses_jump,
     shorten_step,
-    step_to_jump,
     update_step_sizes,
 )
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
@@ -74,10 +73,8 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             if code != RUNNING:
                 error = -1.0
                 shorten_step(h, FAILED_GROWTH, flow, record)
-            elif error <= 1.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
-                wanted = step_to_jump(tables, address, h, options, flow, trial, work, record)
-                flow.clock.retry_step = wanted if wanted < h else 0.0
-                error = error if wanted >= h else -1.0
+            missed = code == RUNNING and misses_jump(tables, address, h, options, flow, trial, work, record)
+            error = -1.0 if missed else error
             growth = growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
             growth = accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
@@ -87,9 +84,8 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             continue
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        crossed = False
+        crossed = options.adaptive and crosses_jump(tables, address, h, options, flow, trial, work, record)
         if options.adaptive:
-            crossed = crosses_jump(tables, address, h, options, flow, trial, work, record)
             update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
         flow.clock.last_step = 0.0 if crossed else h

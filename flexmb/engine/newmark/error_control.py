@@ -205,6 +205,16 @@ def step_to_jump(tables, address, h, options, flow, trial, work, record):
 
 
 @compiled
+def misses_jump(tables, address, h, options, flow, trial, work, record):
+    """Whether a trial of a method without contacts is too long beside a jump of a control law; sets the next trial."""
+    wanted = h
+    if flow.clock.rejected_trials < CONTACT_TRIALS:
+        wanted = step_to_jump(tables, address, h, options, flow, trial, work, record)
+    flow.clock.retry_step = wanted if wanted < h else 0.0
+    return wanted < h
+
+
+@compiled
 def place_of_jump(tables, address, end, h, options, flow, trial, work, record):
     """Fraction of a step, up to `end`, at which an output or the rate of a state of a control jumps first, else inf."""
     C, found = tables.controls, math.inf
