@@ -73,7 +73,8 @@ def when(
     -----
     Signals are compared at the ends of steps.  A signal that crosses its level twice within one step is not seen; give
     smaller steps.  The instant is found by shorter and shorter last steps, to round-off of the time.  A signal that
-    begins a run at its level (`above`, `below`) and goes beyond it ends the run; after a restart it does not.
+    begins a run at its level (`above`, `below`) and goes beyond it ends the run; after a restart it does not.  A
+    contact that touches at the start has begun: only its next onset ends the run.
     """
     given = {"above": above, "below": below, "crosses": crosses, "contact": contact}
     named = [name for name, value in given.items() if value is not None]

@@ -11,7 +11,14 @@ import numpy as np
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.dormand_prince.stages import Stages, new_stages
 from flexmb.engine.dormand_prince.step import add_works, find_accelerations, find_between, find_dense_output, try_step
-from flexmb.engine.newmark.error_control import accept_or_reject, growth_factor, shorten_step, update_step_sizes
+from flexmb.engine.newmark.error_control import (
+    accept_or_reject,
+    crosses_jump,
+    growth_factor,
+    misses_jump,
+    shorten_step,
+    update_step_sizes,
+)
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
 from flexmb.engine.radau.step import complete_ledger, update_ledger
 from flexmb.engine.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
@@ -55,6 +62,8 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             if code != RUNNING:
                 error = -1.0
                 shorten_step(h, FAILED_GROWTH, flow, record)
+            missed = code == RUNNING and misses_jump(tables, address, h, options, flow, trial, work, record)
+            error = -1.0 if missed else error
             growth = growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
             growth = accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
@@ -64,10 +73,11 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             continue
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        crossed = options.adaptive and crosses_jump(tables, address, h, options, flow, trial, work, record)
         if options.adaptive:
             update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
-        flow.clock.last_step = h
+        flow.clock.last_step = 0.0 if crossed else h
         if code != RUNNING:
             return code
     return RUNNING

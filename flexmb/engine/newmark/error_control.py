@@ -4,7 +4,9 @@ import math
 
 from flexmb.engine.state.record import RUNNING
 from flexmb.engine.step.contact_events import IMPACT_STEP, step_to_events
+from flexmb.engine.system.elements import evaluate_controls
 from flexmb.kernels import compiled, copy
+from flexmb.program import program as at
 from flexmb.program.program import COMMON_Z
 
 CONTACT_TRIALS = 8  # number of trials of one step at most that locate a contact event
@@ -12,6 +14,9 @@ CONTACT_TRIALS = 8  # number of trials of one step at most that locate a contact
 UNCHANGED_FROM, UNCHANGED_TO = 0.95, 1.2
 LEAST_STATE = 1e-300  # least scale of a state of a control, so that a state which stays 0 has no error
 SAFETY = 0.9  # safety factor of the next step; also the largest factor of a rejected step
+# Error of velocities in a step across a jump of a control law over the accepted one; number of bisections of a step
+# down to which a change must last to be a jump; share of the change, and of the largest value so far, that must last.
+ERROR_ACROSS_JUMP, BISECTIONS, LASTING_SHARE, LEAST_JUMP = 0.02, 24, 0.05, 1e-6
 
 
 @compiled
@@ -160,11 +165,101 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
     if flow.clock.rejected_trials >= CONTACT_TRIALS:
         return True
     wanted = step_to_events(tables, address, h, options, flow, trial, work, record)
+    if wanted >= h:
+        wanted = step_to_jump(tables, address, h, options, flow, trial, work, record)
     smallest, contact = h <= 1.001 * options.h_min, record.count.rejecting_contact - 1
     if wanted >= h or (smallest and flow.impacts[contact, IMPACT_STEP] >= options.h_min):
         return True  # the smallest step resolves an impact whose onset is then only met late
     flow.clock.retry_step = wanted
     return False
+
+
+@compiled
+def step_to_jump(tables, address, h, options, flow, trial, work, record):
+    """Step to just before a jump of a control law in the trial, or from there to just behind it [s]; h: none is due."""
+    # The estimate of the error takes accelerations as smooth. Half of the jump acts all over a step that crosses it.
+    # The step behind one across a jump is not examined: laws that slide along their jump would take such steps alone.
+    if tables.controls.kernel.shape[0] == 0 or flow.clock.last_step == 0.0 or h <= 1.001 * options.h_min:
+        return h
+    find_speeds(tables.sizes.n_b, options, flow, trial)
+    for i in range(tables.sizes.n_q):
+        trial.v_within[i] = 0.5 * h * (trial.a[i] - flow.a[i])
+    rtol, q, v = trial.control.rtol, trial.q_within, trial.v_within
+    error = largest_error(tables, 0.0, rtol, q, v, trial.a, True, options, flow, trial)
+    if not error > ERROR_ACROSS_JUMP:
+        return h
+    # Newton's method may end on a jump, where the force is any between: such a trial is too long, too.
+    most = h * ERROR_ACROSS_JUMP / error
+    s = place_of_jump(tables, address, 1.0 + 0.1 * most / h, h, options, flow, trial, work, record)
+    if s == math.inf:
+        return h
+    record.count.rejecting_contact = 0
+    return s * h - 0.25 * most if s * h > 0.5 * most else s * h + 0.4 * most
+
+
+@compiled
+def misses_jump(tables, address, h, options, flow, trial, work, record):
+    """Whether a trial of a method without contacts is too long beside a jump of a control law; sets the next trial."""
+    wanted = h
+    if flow.clock.rejected_trials < CONTACT_TRIALS:
+        wanted = step_to_jump(tables, address, h, options, flow, trial, work, record)
+    flow.clock.retry_step = wanted if wanted < h else 0.0
+    return wanted < h
+
+
+@compiled
+def place_of_jump(tables, address, end, h, options, flow, trial, work, record):
+    """Fraction of a step, up to `end`, at which an output or the rate of a state of a control jumps first, else inf."""
+    C, found = tables.controls, math.inf
+    for c in range(C.kernel.shape[0]):
+        if C.z[c, at.END] > C.z[c, at.BEGIN]:
+            continue  # a sampled one changes nothing within a step
+        n_x = C.states[c]
+        for k in range(n_x + C.output[c + 1] - C.output[c]):
+            y0 = law_within(tables, address, c, k, n_x, 0.0, h, flow, trial, work)
+            y1 = law_within(tables, address, c, k, n_x, end, h, flow, trial, work)
+            low, high, least = 0.0, end, LASTING_SHARE * abs(y1 - y0)
+            if k < n_x:
+                i = C.dofs[C.dof[c] + k]
+                least = max(least, trial.control.rtol * state_scale(tables, i, trial.v[i], 0.0, options, flow) / h)
+            else:
+                least = max(least, LEAST_JUMP * record.peak[C.out[c] + k - n_x])
+            for _ in range(BISECTIONS):
+                if not abs(y1 - y0) > least:
+                    break
+                middle = 0.5 * (low + high)
+                y = law_within(tables, address, c, k, n_x, middle, h, flow, trial, work)
+                if abs(y - y0) >= abs(y1 - y):
+                    high, y1 = middle, y
+                else:
+                    low, y0 = middle, y
+            if abs(y1 - y0) > least:
+                found = min(found, high)
+    t = flow.clock.t + h
+    evaluate_controls(tables, address, t, trial.q, trial.v, trial.a, flow.z, 0.0, 0.0, 0.0, False, work)
+    return found
+
+
+@compiled
+def crosses_jump(tables, address, h, options, flow, trial, work, record):
+    """Whether an accepted step is a short one across a jump of a control law; the next is then a starting step."""
+    if tables.controls.kernel.shape[0] == 0 or flow.clock.last_step == 0.0 or h > 0.5 * flow.clock.step_size:
+        return False
+    return place_of_jump(tables, address, 1.0, h, options, flow, trial, work, record) < math.inf
+
+
+@compiled
+def law_within(tables, address, c, k, n_x, s, h, flow, trial, work):
+    """Rate of state k of control c, or from n_x on an output, at fraction s of the cubic path of a trial."""
+    q, v = trial.q_within, trial.v_within
+    for i in range(q.shape[0]):
+        rise, d0, d1 = trial.q[i] - flow.q[i], h * flow.v[i], h * trial.v[i]
+        c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
+        q[i] = flow.q[i] + s * (d0 + s * (c2 + s * c3))
+        v[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
+    evaluate_controls(tables, address, flow.clock.t + s * h, q, v, trial.a, flow.z, 0.0, 0.0, 0.0, False, work)
+    C = tables.controls
+    return -work.r[C.dofs[C.dof[c] + k]] if k < n_x else work.output[C.output[c] + k - n_x]
 
 
 @compiled

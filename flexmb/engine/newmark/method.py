@@ -66,6 +66,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         adopt_factors(flow, trial, work)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            restarts = restarts or error_control.crosses_jump(tables, address, h, options, flow, trial, work, record)
             error_control.update_step_sizes(h, growth, options, flow)
         update_predictor(tables, h, options.length, flow, trial, work)
         code = accept(tables, address, h, options, flow, trial, work, record, False)

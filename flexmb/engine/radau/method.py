@@ -74,6 +74,7 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
             remove_free_components(trial, R)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            restarts = restarts or error_control.crosses_jump(tables, address, h, options, flow, trial, work, record)
             error_control.update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         R.step.last = flow.clock.last_step = 0.0 if restarts else h

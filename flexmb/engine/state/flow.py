@@ -170,6 +170,8 @@ class Trial(Record):
     lam: Vector
     mean_v: Vector  # (n_q + 3,) (q1 - q0)/h
     newmark_residual: Vector  # (n_q + 3,) h (a0 + a1)/2 - (v1 - v0)
+    q_within: Vector  # q_within, v_within: (n_q + 3,) coordinates and velocities within the step
+    v_within: Vector
     rhs: Vector  # rhs, gap_rhs: (n_q + n_c,) right-hand sides of the corrections and of the position shift
     solution: Vector  # (n_q + n_c,) Newton's correction of coordinates and multipliers
     shift: Vector  # (n_q + n_c,) position shift that closes the joints (Gear, Gupta, Leimkuhler)
@@ -209,7 +211,7 @@ def new_trial(
 def _zero_trial(program: Program, redundant: int, control: StepControl, left_out: int) -> Trial:
     n, m = program.n_q + 3, program.n_c
     total, groups = program.n_q + m, body_groups(program)
-    states = dict.fromkeys(("q", "v", "a", "x", "mean_v", "newmark_residual"), n)
+    states = dict.fromkeys(("q", "v", "a", "x", "mean_v", "newmark_residual", "q_within", "v_within"), n)
     states |= dict.fromkeys(("lam", "projected_gaps"), m)
     vectors = ("rhs", "gap_rhs", "solution", "shift", "pivot_scale", "scratch", "last_correction")
     return Trial(
