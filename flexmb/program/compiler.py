@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.arguments import checked
+from flexmb.engine.compiled.code_cache import ours
 from flexmb.errors import USER_ERRORS, InputError, KernelError, ModelError
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
 from flexmb.model.contributions import (
@@ -146,9 +147,10 @@ def _arguments_of_control(control: ControlContribution) -> list[Any]:
 
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
     label = f"Part {part!r}: {what} kernel {kernel.name!r}" if what.islower() else f"Part {part!r}: {what}"
+    call = kernel.dispatcher if ours(kernel.function) else kernel.python
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
-            result = kernel.python(p, *arguments)
+            result = call(p, *arguments)
     except USER_ERRORS as error:
         if isinstance(error, (IndexError, TypeError)) or "unpack" in str(error):
             reason = str(error) or "wrong number of values"
