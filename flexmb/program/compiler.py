@@ -79,6 +79,7 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
 
 
 REMEMBERED_CALLS = 4096  # number of successful calls that are remembered
+BEHIND = 64  # number of NaN behind the parameters of a kernel that is called
 KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]  # a kernel, p, its history, and the name of its class
 # Good calls: id of the kernel, p, history, pose. The kernel stands beside them, so its id is given to no other.
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
@@ -147,7 +148,10 @@ def _arguments_of_control(control: ControlContribution) -> list[Any]:
 
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
     label = f"Part {part!r}: {what} kernel {kernel.name!r}" if what.islower() else f"Part {part!r}: {what}"
-    call = kernel.dispatcher if ours(kernel.function) else kernel.python
+    own = ours(kernel.function)
+    if own:  # compiled code sees no end of p: what it reads behind it must not be finite
+        p = np.concatenate([p, np.full(BEHIND, np.nan)])[: len(p)]
+    call = kernel.dispatcher if own else kernel.python
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
             result = call(p, *arguments)
