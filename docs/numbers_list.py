@@ -611,7 +611,7 @@ def _left_out() -> dict[str, str]:
     a size of a buffer, a block or a store: dynamics.jobs.executors.PENDING dynamics.jobs.files.DIGEST
         elastic.reduced.reduced.REMEMBERED engine.state.flow.PAST_STATES run.run.BUFFER_ROWS
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
-        dynamics.series.embedding.BLOCK program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
+        dynamics.series.embedding.BLOCK program.compiler.BEHIND program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         engine.sensitivity.signal_rows.STEP_ROWS program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saving.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW

@@ -71,7 +71,7 @@ from flexmb.engine.compiled.arrays import MATRIX
 from flexmb.engine.compiled.code_cache import CodeCache, SealedCache, ours, stamp
 from flexmb.engine.compiled.digest import Parts, digest, parts_of
 from flexmb.engine.compiled.notice import notice
-from flexmb.engine.compiled.pieces import KernelPointer, whole
+from flexmb.engine.compiled.pieces import KernelPointer, plain, whole
 from flexmb.engine.differences import BY_CONTRACT, with_differences
 from flexmb.errors import KernelError
 
@@ -230,6 +230,8 @@ class Kernel:
     @cached_property
     def python(self) -> Any:
         """Python function of the contract; a user's law that returns its force alone gets its derivatives."""
+        if ours(self.function):
+            return plain(self.function)
         if not self._may_be_alone:
             return self.function
         with_derivatives = with_differences(self.contract.name, self.function, self.function)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.arguments import checked
+from flexmb.engine.compiled.code_cache import ours
 from flexmb.errors import USER_ERRORS, InputError, KernelError, ModelError
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
 from flexmb.model.contributions import (
@@ -73,6 +74,7 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
 
 
 REMEMBERED_CALLS = 4096  # number of successful calls that are remembered
+BEHIND = 64  # number of NaN behind the parameters of a kernel that is called
 KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]  # a kernel, p, its history, and the name of its class
 # Good calls: id of the kernel, p, history, pose. The kernel stands beside them, so its id is given to no other.
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
@@ -131,9 +133,13 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
 
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
     label = f"Part {part!r}: {what} kernel {kernel.name!r}" if what.islower() else f"Part {part!r}: {what}"
+    own = ours(kernel.function)
+    if own:  # compiled code sees no end of p: what it reads behind it must not be finite
+        p = np.concatenate([p, np.full(BEHIND, np.nan)])[: len(p)]
+    call = kernel.dispatcher if own else kernel.python
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
-            result = kernel.python(p, *arguments)
+            result = call(p, *arguments)
     except USER_ERRORS as error:
         if isinstance(error, (IndexError, TypeError)) or "unpack" in str(error):
             reason = str(error) or "wrong number of values"

@@ -537,11 +537,13 @@ def constant_part(p, spin, spin_rate, kq, kv, ka, A):
 def shortened_row(p, row, a, x, target, half):
     """Set half = 1/2 the sum over b of (l_a A l_b) Q_b d, and target = A l_a + half; row: KL or DL, that of A l."""
     n = int(p[COUNT])
-    own, along = row_of(block_of(p, direction(p, a), 1, n), row, n), row_of(block_of(p, direction(p, a), 1, n), L, n)
+    rows = block_of(p, direction(p, a), ROWS_OF_DIRECTION, n)
+    own, along = row_of(rows, row, n), row_of(rows, L, n)
     for i in range(n):
         half[i] = 0.0
     for b in range(int(p[DIRECTIONS])):
-        add(0.5 * dot(along, row_of(block_of(p, direction(p, b), 1, n), row, n)), row_of(x, QD + b, n), half)
+        other = row_of(block_of(p, direction(p, b), ROWS_OF_DIRECTION, n), row, n)
+        add(0.5 * dot(along, other), row_of(x, QD + b, n), half)
     for i in range(n):
         target[i] = item_of(own, i) + half[i]
 

@@ -25,9 +25,18 @@ from numba.np import arrayobj
 VECTOR, MATRIX = (types.Array(types.float64, ndim, "C") for ndim in (1, 2))  # types of a vector and of a matrix
 
 
+PLAIN: dict[Any, Callable[..., Any]] = {}  # what plain Python calls in place of an intrinsic of numba
+
+
 def compiled_as(plain: Any) -> Callable[..., Any]:
     """Decorator of an intrinsic of numba, in place of which `plain` is called without JIT."""
-    return (lambda _: plain) if config.DISABLE_JIT else intrinsic
+
+    def made(function: Any) -> Any:
+        found = plain if config.DISABLE_JIT else intrinsic(function)
+        PLAIN[found] = plain
+        return found
+
+    return made
 
 
 def _source(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -116,7 +125,7 @@ def item_of(typingctx, vector, index):
 def _on_stack(kind: Any, *shape: int) -> Any:
     """An intrinsic that returns an array of floats on the stack of the function that calls it."""
 
-    @intrinsic
+    @compiled_as(lambda: np.zeros(shape))
     def on_stack(typingctx):
         def codegen(context, builder, signature, args):
             size = ir.Constant(ir.IntType(64), int(np.prod(shape)))
@@ -149,7 +158,7 @@ def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
 def stack_vector(size: int) -> Callable[[], Any]:
     """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case."""
     # Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
-    found: Callable[[], Any] = (lambda: np.zeros(size)) if config.DISABLE_JIT else _on_stack(VECTOR, size)
+    found: Callable[[], Any] = _on_stack(VECTOR, size)
     return found
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from types import FunctionType
 from typing import Any
 
 import llvmlite.binding as ll
@@ -24,12 +25,14 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, _LowerResult
 from numba.core.compiler_machinery import register_pass
 from numba.core.datamodel import models
+from numba.core.dispatcher import Dispatcher
 from numba.core.imputils import lower_builtin
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
-from numba.extending import register_model
+from numba.extending import _Intrinsic, register_model
 
 from flexmb.engine.compiled.ahead import finished
+from flexmb.engine.compiled.arrays import PLAIN
 from flexmb.engine.compiled.code_cache import CodeCache
 from flexmb.engine.compiled.notice import UNPIECED_FACTOR, notice
 from flexmb.version import compiles_fast
@@ -309,3 +312,21 @@ def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         return outer
 
     return decorate
+
+
+_plain_names: dict[int, tuple[Any, dict[str, Any]]] = {}  # globals, and the same in plain Python; by id
+
+
+def plain(function: Any) -> Any:
+    """A function in plain Python, as are the compiled functions that it calls: nothing is compiled for a call."""
+    names = function.__globals__
+    if id(names) not in _plain_names:
+        found = dict(names)
+        _plain_names[id(names)] = names, found
+        for name, value in names.items():
+            if isinstance(value, Dispatcher):
+                found[name] = plain(value.py_func)
+            elif isinstance(value, _Intrinsic):
+                found[name] = PLAIN.get(value, value)
+    found = _plain_names[id(names)][1]
+    return FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
