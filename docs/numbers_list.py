@@ -571,7 +571,7 @@ def _left_out() -> dict[str, str]:
         engine.linalg.lu.ROWS_HELD engine.linalg.lu.NO_ROW dynamics.sections.DOWN dynamics.sections.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
-        program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
+        program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON program.program.FOUR_SIZE elastic.beams.stress.SIZE
         elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
         parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.film.LEVEL parts.bearings.film.FIELD

@@ -114,12 +114,15 @@ class ElementKernels(NamedTuple):
     damping: Kernel | None = None
     fours: tuple[Kernel, ...] = ()
 
+    def by_name(self) -> dict[str, Any]:
+        """The kernels beside that of the element, as keywords of a contribution."""
+        return {name: kernel for name, kernel in self._asdict().items() if name != "element"}
+
     def contribution(
         self, part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, diagonal: bool = False
     ) -> ElementContribution:
         """The element of a part."""
-        kernels: dict[str, Any] = {name: kernel for name, kernel in self._asdict().items() if name != "element"}
-        return ElementContribution(part, self.element, coordinates, p, diagonal=diagonal, **kernels)
+        return ElementContribution(part, self.element, coordinates, p, diagonal=diagonal, **self.by_name())
 
 
 @dataclass(frozen=True)

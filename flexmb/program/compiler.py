@@ -57,8 +57,8 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     )  # fmt: skip
     for contribution in pieces:
         for kernel, p, z, what in _kernels_of(contribution):
-            lists = ("inputs", "states", "outputs") if kernel.contract.name == "control" else ()
-            sizes = tuple(len(getattr(contribution, name)) for name in lists)
+            control = kernel.contract.name == "control"
+            sizes = tuple([len(getattr(contribution, x)) for x in ("inputs", "states", "outputs")]) if control else ()
             if (id(kernel), len(p), sizes) in seen:
                 continue
             seen.add((id(kernel), len(p), sizes))

@@ -547,7 +547,7 @@ def new_structure(
     tables = Tables(sizes, p, elements, constraints, contacts, measured, controls, kind)
     freeze(tables)
     equations = tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows))
-    owners, labels = (tuple(e.part for e in contributions.elements), tuple(c.label for c in contributions.contacts))
+    owners, labels = tuple([e.part for e in contributions.elements]), tuple(c.label for c in contributions.contacts)
     names = Names(owners, packer.names, equations, labels, (), places.signals, {})
     driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
     kernels = tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in at.KINDS)

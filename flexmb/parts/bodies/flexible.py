@@ -31,7 +31,7 @@ from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
-from flexmb.model.contributions import Contribution, Node, SignalContribution, node_coordinates
+from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
 from flexmb.parts.bodies.rigid import checked_velocity, mean_mass, node_mass
@@ -335,10 +335,11 @@ def beam_pieces(
 ) -> list[Contribution]:
     """Element pieces of all beams of a body."""
     contributions: list[Contribution] = []
+    kernels = BEAM.by_name()
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            contributions.append(BEAM.contribution(part, (*first, *second), p))
+            contributions.append(ElementContribution(part, BEAM.element, (*first, *second), p, **kernels))
     return contributions
 
 
