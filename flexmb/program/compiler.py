@@ -321,7 +321,7 @@ def chosen_contributions(
     `touching` keeps the ones that no ideal joint replaces, and the friction of the ideal joints.
     """
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
-    constraints = tuple(c for c in contributions.constraints if c.holds in holding)
+    constraints = tuple([c for c in contributions.constraints if c.holds in holding])
     if not closed:
         return replace(contributions, constraints=constraints)
     if not touching:

@@ -165,7 +165,8 @@ def test_surroundings_are_kept_apart_and_pickled():
 
 
 def test_laws_of_the_library_are_left_alone():
-    assert hysteresis_kernel.python is hysteresis_kernel.function
+    assert hysteresis_kernel.python.__code__ is hysteresis_kernel.function.__code__
+    assert not hysteresis_kernel.is_alone
 
 
 # -- in mechanisms ---------------------------------------------------------------------------------------------------

@@ -190,14 +190,8 @@ def _kind(parameter: inspect.Parameter) -> str:
 FOLDER = Path(__file__).parents[2] / "mechanisms"
 
 
-def _statements(module: str) -> list[ast.stmt]:
-    """Statements of a module of ready mechanisms; none of others."""
-    path = FOLDER / f"{module}.py"
-    return ast.parse(path.read_text(encoding="utf-8")).body if path.is_file() else []
-
-
-def list_mechanisms(options: argparse.Namespace) -> int:
-    """`flexmb list`: print every ready mechanism with its `options`."""
+def declared() -> dict[str, Maker]:
+    """Functions of the ready mechanisms by the name on the command line: signatures and docstrings, without bodies."""
     found: dict[str, Maker] = {}
     for line in (one for one in _statements("__init__") if isinstance(one, ast.ImportFrom)):
         for node in _statements((line.module or "").rpartition(".")[2]):
@@ -206,7 +200,18 @@ def list_mechanisms(options: argparse.Namespace) -> int:
                 names: dict[str, Any] = {"__name__": __name__, "math": math, "Annotated": Annotated}
                 exec(compile(ast.Module([node], []), FOLDER, "exec"), names)  # annotations stay texts, as in this file
                 found[node.name.replace("_", "-")] = names[node.name]
-    for name, make in found.items():
+    return found
+
+
+def _statements(module: str) -> list[ast.stmt]:
+    """Statements of a module of ready mechanisms; none of others."""
+    path = FOLDER / f"{module}.py"
+    return ast.parse(path.read_text(encoding="utf-8")).body if path.is_file() else []
+
+
+def list_mechanisms(options: argparse.Namespace) -> int:
+    """`flexmb list`: print every ready mechanism with its `options`."""
+    for name, make in declared().items():
         print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
         for option in options_of(make):
             print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")

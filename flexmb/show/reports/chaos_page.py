@@ -1,5 +1,7 @@
 """Page of a study of a motion: verdict, Poincare section, exponents and their convergence, evidence."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,5 +1,7 @@
 """Page of a bifurcation diagram: points coloured by verdict, table of all values, links to reports of runs."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
