@@ -420,7 +420,7 @@ SWEEP_NOTE = (
 )
 
 WORN_NOTE = (
-    "Torques above 1.05 times the reference are false peaks, in bold. place: error of the slider at 1 ms. Of our 2172 "
+    "Torques above 1.05 times the reference are false peaks, in bold. place: error of the slider at 1 ms. Of our 2180 "
     "steps with default settings 260 are flight, 950 impacts, 950 lasting contact, where the error of positions bounds "
     "them; 161 trials are refused. A step takes 2.5 corrections, 1.7 matrices and 0.4 whole evaluations for the "
     "account of energies. In impacts the number of steps decides over the peak: 28 instead of 32 would save 5 % of the "
