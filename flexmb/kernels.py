@@ -70,6 +70,7 @@ from numba.np import arrayobj
 from flexmb.engine.compiled.arrays import MATRIX
 from flexmb.engine.compiled.code_cache import CodeCache, SealedCache, ours, stamp
 from flexmb.engine.compiled.digest import Parts, digest, parts_of
+from flexmb.engine.compiled.lanes import FUSED
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.pieces import KernelPointer, plain, whole
 from flexmb.engine.differences import BY_CONTRACT, with_differences
@@ -95,7 +96,7 @@ arrays cost nothing.  The functions are inlined into one another, since handing 
 than most of them.  Kernels may allocate, since users write them.
 """
 
-fast = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})
+fast = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath=set(FUSED))
 """`compiled` with fused multiply-add, for the formulas of elements: a beam takes a sixth less time.
 
 Sums keep their order (another order gains 4 % and may lose digits where large terms cancel); NaN and infinity stay
@@ -103,7 +104,7 @@ visible.
 """
 
 
-summing = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp", "reassoc"})
+summing = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath={*FUSED, "reassoc"})
 """`fast` with sums in the order that suits the processor, for long sums of numbers that do not cancel."""
 
 

@@ -74,7 +74,7 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
 
 
 REMEMBERED_CALLS = 4096  # number of successful calls that are remembered
-BEHIND = 64  # number of NaN behind the parameters of a kernel that is called
+BEHIND = 64  # number of NaN behind each array of a compiled kernel that is called
 KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]  # a kernel, p, its history, and the name of its class
 # Good calls: id of the kernel, p, history, pose. The kernel stands beside them, so its id is given to no other.
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
@@ -134,15 +134,15 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
     label = f"Part {part!r}: {what} kernel {kernel.name!r}" if what.islower() else f"Part {part!r}: {what}"
     own = ours(kernel.function)
-    if own:  # compiled code sees no end of p: what it reads behind it must not be finite
-        p = np.concatenate([p, np.full(BEHIND, np.nan)])[: len(p)]
-    call = kernel.dispatcher if own else kernel.python
+    call, rooms = kernel.dispatcher if own else kernel.python, list[np.ndarray]()
+    if own:  # compiled code sees no end of an array: what it reads there is not finite, what it writes there is seen
+        p, *arguments = (_with_room(x, rooms) if isinstance(x, np.ndarray) else x for x in (p, *arguments))
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
             result = call(p, *arguments)
     except USER_ERRORS as error:
-        if isinstance(error, (IndexError, TypeError)) or "unpack" in str(error):
-            reason = str(error) or "wrong number of values"
+        reason = str(error) or "wrong number of values"  # compiled code says nothing when it cannot unpack
+        if isinstance(error, (IndexError, TypeError)) or "unpack" in reason or reason != str(error):
             if kernel.contract.name == "control":
                 sizes = [a.size for a in arguments[1:]]
                 text = f"{label} failed with {len(p)} numbers p, {sizes[0]} inputs u, {sizes[1]} states x"
@@ -156,6 +156,9 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         text = f"{label} failed {_place(kernel)} with p = {_short(p)}: "
         text += f"{type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
+    if not all(np.isnan(room).all() for room in rooms):
+        text = f"{label} writes beyond its arrays: it is made for more coordinates, rows or histories than the part has"
+        raise KernelError(f"{text}. Give it all that it is made for.")
     size = RETURNED.get(kernel.contract.name, 0)
     if size:
         values = np.empty(0)
@@ -169,6 +172,13 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         values = np.concatenate(arrays) if arrays else np.empty(0)
     if kernel.contract.name != "control" and not np.all(np.isfinite(values)):
         raise KernelError(f"{label} gives values that are not finite for p = {_short(p)}; check its numbers.")
+
+
+def _with_room(array: np.ndarray, rooms: list[np.ndarray]) -> np.ndarray:
+    """A copy of an array with NaN behind it, which are added to `rooms`."""
+    longer = np.concatenate([array.ravel(), np.full(BEHIND, np.nan)])
+    rooms.append(longer[array.size :])
+    return longer[: array.size].reshape(array.shape)
 
 
 def _place(kernel: Kernel) -> str:

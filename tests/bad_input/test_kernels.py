@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.elastic.beams.corotational import beam_kernel
 from flexmb.errors import InputError, KernelError
+from flexmb.parts.bodies.rigid import node_mass_kernel
 
 O, A = (0.0, 0.0), (0.2, 0.0)
 CRANK = fm.RigidLink("crank", O, A, mass=0.5, inertia=2e-3)
@@ -56,6 +58,15 @@ def holding(kernel):
     Own.kernel = kernel
     pin = fm.Revolute("O", fm.GROUND, CRANK, at=O)
     return fm.Mechanism("m", [CRANK, pin, Own("own", CRANK, 20.0)])
+
+
+@pytest.mark.parametrize("kernel", [beam_kernel, node_mass_kernel], ids=lambda kernel: kernel.name)
+def test_a_kernel_of_the_package_for_more_coordinates_is_refused(kernel):
+    """These are called compiled, where nobody counts: numbers behind their arrays are not finite, and watched."""
+    with pytest.raises(
+        KernelError, match=f"Part 'own': element kernel '{kernel.name}' (writes beyond|gives values|failed with 1 par)"
+    ):
+        fm.compile(holding(kernel))
 
 
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")

@@ -25,7 +25,7 @@ from flexmb.engine.compiled.arrays import compiled_as
 
 LANES = 4
 NUMBERS, FLAGS = ir.VectorType(ir.DoubleType(), LANES), ir.VectorType(ir.IntType(1), LANES)
-FUSED = ("contract", "nsz", "arcp")  # as `flexmb.kernels.fast` has it
+FUSED = ("contract", "nsz", "arcp")  # what may be done with products and sums in the formulas of elements
 
 
 class Lanes(types.Type):
@@ -157,7 +157,7 @@ def lanes_of(count: int) -> Any:
 
 
 def rows_of(count: int) -> Any:
-    """A function that returns `count` entries of four rows, one behind the other in a vector: a lane for each row."""
+    """A function that returns the `count` entries (LANES or more) of four rows of a vector: a lane for each row."""
 
     @compiled_as(None)
     def entries(typingctx, vector):
