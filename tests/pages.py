@@ -15,12 +15,13 @@ OVERLAPS = """() => {
   const visible = (e) => e.checkVisibility() && !e.closest('.visually-hidden');
   const all = [...document.querySelectorAll(chosen)].filter(visible);
   const box = (e) => e.getBoundingClientRect();
-  const clipped = (e) => { const s = e.closest('.scroll, .signals'); return s ? box(s) : null; };
+  const clips = (e) => e !== document.documentElement && getComputedStyle(e).overflowY !== 'visible';
+  const clipped = (e) => (e ? [...(clips(e) ? [box(e)] : []), ...clipped(e.parentElement)] : []);
   const found = [];
   all.forEach((a, i) => all.slice(i + 1).forEach((b) => {
     if (a.contains(b) || b.contains(a) || a.closest('label') === b || b.closest('label') === a) return;
     const [p, q] = [box(a), box(b)];
-    const limits = [clipped(a), clipped(b)].filter(Boolean);
+    const limits = [...clipped(a.parentElement), ...clipped(b.parentElement)];
     const left = Math.max(p.left, q.left, ...limits.map((l) => l.left));
     const right = Math.min(p.right, q.right, ...limits.map((l) => l.right));
     const top = Math.max(p.top, q.top, ...limits.map((l) => l.top));

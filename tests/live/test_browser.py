@@ -338,6 +338,8 @@ def test_nothing_is_cut_or_covered(tab_of, layout_faults, width, height, theme):
         tab.wait_for_timeout(500)
         tab.evaluate("flexmbLive.clock.play(false)")
         assert layout_faults(tab) == []
+        tab.evaluate("document.querySelector('.left').scrollTop = 1e4; scrollTo(0, 0)")
+        assert layout_faults(tab) == []
         tab.context.close()
 
 
