@@ -47,6 +47,8 @@ parts.contact.onset.crossing#1e-15 | 1 | a step | accuracy of the instant of an 
 engine.newmark.error_control.CONTACT_TRIALS | trials | nothing | most trials of one step that look for a contact | 0.125 0.5 10
 engine.newmark.error_control.ERROR_ACROSS_JUMP | 1 | accepted error | error of velocities in a step across a jump of a control law | 0.1 0.5 2 10
 engine.newmark.error_control.BISECTIONS | bisections | nothing | part of a step down to which a change of a control law must last to be a jump | 0.8 1.2
+engine.newmark.error_control.MOST_JUMPS | jumps | nothing | number of near jumps of a control law above which it slides along its jump | 0.5 2
+engine.newmark.error_control.SLIDING_TIME | 1 | step of the error estimate | time in which jumps of a control law are near to one another | 0.1 10
 engine.newmark.error_control.LASTING_SHARE | 1 | change of a law in a step | share of the change that must last | 0.2 0.5 2 5
 engine.newmark.error_control.LEAST_JUMP | 1 | largest output so far | least jump of an output | 1e-3 0.1 10 1000
 engine.newmark.error_control.UNCHANGED_FROM | 1 | a step | a step is not shortened for less | 0.1 0.5 1.05

@@ -235,7 +235,7 @@ class Run:
         flow.lam[:], flow.z[:], flow.clock.t = start.lam, z, time
         self._set_redundancy(start.redundant)
         flow.clock.held_steps = -1.0 if looks_dependent(self.program, self.work, start.q, start.redundant) else 0.0
-        flow.clock.save_start = NOT_SAVING
+        flow.clock.save_start, flow.clock.jumps = NOT_SAVING, 0.0
         flow.clock.step_size = self.h_max if isinstance(self.step, FixedStep) else FIRST_STEP * self.h_max
         with naming_kernels(self):
             self.stepper.evaluate(self)

@@ -1,5 +1,6 @@
 """Control laws that jump: instants of relays against motions in closed form, by all methods with an estimate."""
 
+import itertools
 import math
 
 import numpy as np
@@ -46,11 +47,11 @@ def swings(t):
     return sign * (1.0 - s * s), -2.0 * sign * s
 
 
-def damped(t):
+def damped(t, damping=DAMPING):
     """Place and velocity of the damped carriage, from one reversal to the next."""
-    x, v, side, c = 1.0, 0.0, 1.0, DAMPING / MASS
+    x, v, side, c = 1.0, 0.0, 1.0, damping / MASS
     while True:
-        top = -side * FORCE / DAMPING  # speed that the force would reach
+        top = -side * FORCE / damping  # speed that the force would reach
 
         def place(s, x=x, v=v, top=top):
             return x + top * s + (v - top) * -math.expm1(-c * s) / c
@@ -76,16 +77,25 @@ def test_a_relay_switches_at_its_instants_with_default_steps(method, accuracy):
     assert found == pytest.approx(swings(20.3), abs=2.0 * accuracy)
 
 
-def test_the_error_of_a_relay_falls_with_the_tolerance_and_with_a_damper():
-    """A damper turns the acceleration round between two jumps, which hid them from the estimate of the error."""
-    model, exact = carriage(spring(stiffness=0.0, damping=DAMPING)), damped(12.3)
+def test_the_error_of_a_relay_falls_with_the_tolerance():
+    """Down to 1e-8: steps of 1 ns across jumps must leave no false acceleration to the step behind them."""
     errors = []
-    for rtol in (1e-4, 1e-5, 1e-6):
+    for rtol in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8):
+        sol = fm.simulate(carriage(), t_end=20.3, step=fm.Adaptive(rtol=rtol))
+        errors.append(abs(float(sol["body.x"][-1]) - swings(20.3)[0]) / rtol)
+    assert max(errors) < 1.0
+
+
+@pytest.mark.parametrize("damping", [DAMPING, 0.1, 0.37])
+def test_the_error_of_a_relay_falls_with_the_tolerance_and_with_a_damper(damping):
+    """A damper turns the acceleration round between two jumps, which hid them from the estimate of the error."""
+    model, exact = carriage(spring(stiffness=0.0, damping=damping)), damped(12.3, damping)
+    errors = []
+    for rtol in (1e-4, 1e-5, 1e-6, 1e-7):
         sol = fm.simulate(model, t_end=12.3, step=fm.Adaptive(rtol=rtol))
         errors.append(abs(float(sol["body.vx"][-1]) - exact[1]))
-    assert errors[0] < 5e-4
-    assert errors[2] < errors[1] < errors[0]
-    assert errors[2] < 5e-5
+    assert errors[0] < 1e-3
+    assert all(fine < 0.4 * coarse for coarse, fine in itertools.pairwise(errors))
 
 
 def test_a_rate_that_jumps_is_met():
@@ -95,9 +105,10 @@ def test_a_rate_that_jumps_is_met():
     assert float(sol["count.time"][-1]) == pytest.approx(0.3, abs=1e-4)
 
 
-def test_a_law_that_slides_along_its_jump_comes_to_rest():
+@pytest.mark.parametrize(("method", "t_end"), [("newmark", 6.0), ("dormand-prince", 3.0)])
+def test_a_law_that_slides_along_its_jump_comes_to_rest(method, t_end):
     """Dry friction as a law, sign(v): from 1 m two half swings shorten by 2 F/k = 4/7 m each, and it holds at -1/7."""
-    sol = fm.simulate(carriage(spring(stiffness=7.0), control="body.vx"), t_end=6.0)
+    sol = fm.simulate(carriage(spring(stiffness=7.0), control="body.vx"), t_end=t_end, method=METHODS[method][0])
     assert sol.ok
     assert float(sol["body.x"][-1]) == pytest.approx(-1.0 / 7.0, abs=2e-4)
-    assert sol.stats.steps < 20_000
+    assert sol.stats.steps < 30_000

@@ -2,6 +2,7 @@
 
 import math
 
+from flexmb.engine.newmark.jacobian_reuse import discard_factors
 from flexmb.engine.state.record import RUNNING
 from flexmb.engine.step.contact_events import IMPACT_STEP, step_to_events
 from flexmb.engine.system.elements import evaluate_controls
@@ -17,6 +18,8 @@ SAFETY = 0.9  # safety factor of the next step; also the largest factor of a rej
 # Error of velocities in a step across a jump of a control law over the accepted one; number of bisections of a step
 # down to which a change must last to be a jump; share of the change, and of the largest value so far, that must last.
 ERROR_ACROSS_JUMP, BISECTIONS, LASTING_SHARE, LEAST_JUMP = 0.02, 24, 0.05, 1e-6
+# A law slides along its jump when more than so many jumps lie within this part of the step of the error estimate.
+MOST_JUMPS, SLIDING_TIME = 4.0, 0.1
 
 
 @compiled
@@ -178,8 +181,7 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
 def step_to_jump(tables, address, h, options, flow, trial, work, record):
     """Step to just before a jump of a control law in the trial, or from there to just behind it [s]; h: none is due."""
     # The estimate of the error takes accelerations as smooth. Half of the jump acts all over a step that crosses it.
-    # The step behind one across a jump is not examined: laws that slide along their jump would take such steps alone.
-    if tables.controls.kernel.shape[0] == 0 or flow.clock.last_step == 0.0 or h <= 1.001 * options.h_min:
+    if not looks_for_jumps(tables, flow) or h <= 1.001 * options.h_min:
         return h
     find_speeds(tables.sizes.n_b, options, flow, trial)
     for i in range(tables.sizes.n_q):
@@ -188,13 +190,29 @@ def step_to_jump(tables, address, h, options, flow, trial, work, record):
     error = largest_error(tables, 0.0, rtol, q, v, trial.a, True, options, flow, trial)
     if not error > ERROR_ACROSS_JUMP:
         return h
-    # Newton's method may end on a jump, where the force is any between: such a trial is too long, too.
     most = h * ERROR_ACROSS_JUMP / error
     s = place_of_jump(tables, address, 1.0 + 0.1 * most / h, h, options, flow, trial, work, record)
     if s == math.inf:
         return h
     record.count.rejecting_contact = 0
-    return s * h - 0.25 * most if s * h > 0.5 * most else s * h + 0.4 * most
+    # Newton's method ends on a jump, where the force is any between, when no step of about this size has a solution.
+    if abs(s - 1.0) * h <= 0.1 * most:
+        return 0.9 * h
+    if s * h > 0.5 * most:
+        return s * h - 0.25 * most
+    if flow.clock.t >= flow.clock.jump + SLIDING_TIME * flow.clock.step_size:
+        flow.clock.jump, flow.clock.jumps = flow.clock.t, 0.0
+    flow.clock.jumps += 1.0
+    discard_factors(flow.reuse)  # those of another step leave an error of accelerations that no displacement shows
+    return s * h + 0.4 * most
+
+
+@compiled
+def looks_for_jumps(tables, flow):
+    """Whether jumps of control laws are located in the next step: not in a starting step, nor while a law slides."""
+    # A law that slides along its jump has ever new jumps, which short steps would cross one after the other.
+    slides = flow.clock.jumps > MOST_JUMPS and flow.clock.t < flow.clock.jump + SLIDING_TIME * flow.clock.step_size
+    return tables.controls.kernel.shape[0] > 0 and flow.clock.last_step != 0.0 and not slides
 
 
 @compiled
@@ -243,7 +261,7 @@ def place_of_jump(tables, address, end, h, options, flow, trial, work, record):
 @compiled
 def crosses_jump(tables, address, h, options, flow, trial, work, record):
     """Whether an accepted step is a short one across a jump of a control law; the next is then a starting step."""
-    if tables.controls.kernel.shape[0] == 0 or flow.clock.last_step == 0.0 or h > 0.5 * flow.clock.step_size:
+    if not looks_for_jumps(tables, flow) or h > 0.5 * flow.clock.step_size:
         return False
     return place_of_jump(tables, address, 1.0, h, options, flow, trial, work, record) < math.inf
 

@@ -33,6 +33,8 @@ class Clock(Record):
     contact_step: float  # smaller step within an impact [s]; 0: no impact
     retry_step: float  # step to try after a trial that missed a contact event [s]; 0: no such trial
     rejected_trials: float  # rejected trials since the last accepted step
+    jump: float  # time of a located jump of a control law, the first of those near to one another [s]
+    jumps: float  # number of located jumps near to that one
 
 
 class EnergyBalance(Record):
