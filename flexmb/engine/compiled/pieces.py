@@ -14,7 +14,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import llvmlite.binding as ll
@@ -323,10 +323,25 @@ def plain(function: Any) -> Any:
     if id(names) not in _plain_names:
         found = dict(names)
         _plain_names[id(names)] = names, found
-        for name, value in names.items():
-            if isinstance(value, Dispatcher):
-                found[name] = plain(value.py_func)
-            elif isinstance(value, _Intrinsic):
-                found[name] = PLAIN.get(value, value)
+        found.update({name: _plain_value(value) for name, value in names.items()})
     found = _plain_names[id(names)][1]
     return FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
+
+
+def _plain_value(value: Any) -> Any:
+    """A compiled function, an intrinsic or a module of the package in plain Python; others as they are."""
+    if isinstance(value, Dispatcher):
+        return plain(value.py_func)
+    if isinstance(value, _Intrinsic):
+        return PLAIN.get(value, value)
+    return PlainModule(value) if isinstance(value, ModuleType) and value.__name__.startswith("flexmb.") else value
+
+
+class PlainModule:
+    """A module whose compiled functions are in plain Python."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        return _plain_value(getattr(self._module, name))
