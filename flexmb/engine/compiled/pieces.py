@@ -14,7 +14,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import llvmlite.binding as ll
@@ -33,7 +33,7 @@ from numba.extending import _Intrinsic, register_model
 
 from flexmb.engine.compiled.ahead import finished
 from flexmb.engine.compiled.arrays import PLAIN
-from flexmb.engine.compiled.code_cache import CodeCache
+from flexmb.engine.compiled.code_cache import PACKAGE, CodeCache
 from flexmb.engine.compiled.notice import UNPIECED_FACTOR, notice
 from flexmb.version import compiles_fast
 
@@ -323,10 +323,27 @@ def plain(function: Any) -> Any:
     if id(names) not in _plain_names:
         found = dict(names)
         _plain_names[id(names)] = names, found
-        for name, value in names.items():
-            if isinstance(value, Dispatcher):
-                found[name] = plain(value.py_func)
-            elif isinstance(value, _Intrinsic):
-                found[name] = PLAIN.get(value, value)
+        found.update({name: _in_python(value) for name, value in names.items()})
     found = _plain_names[id(names)][1]
     return FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
+
+
+def _in_python(value: Any) -> Any:
+    """A compiled function, or a module of flexmb with such functions, in plain Python; other values as they are."""
+    if isinstance(value, Dispatcher):
+        return plain(value.py_func)
+    if isinstance(value, ModuleType) and value.__name__.startswith(f"{PACKAGE}."):
+        return PlainModule(value)
+    return PLAIN.get(value, value) if isinstance(value, _Intrinsic) else value
+
+
+class PlainModule:
+    """A module whose compiled functions are plain Python, each from its first use on."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        found = _in_python(getattr(self._module, name))
+        setattr(self, name, found)
+        return found

@@ -9,29 +9,9 @@ Equations (15.5) and (15.7) of docs/theory/films.md.
 import math
 from typing import Any
 
-from flexmb.kernels import (
-    account_kernel,
-    compiled,
-    element_kernel,
-    energy_kernel,
-    force_kernel,
-    rebound,
-    signal_kernel,
-    tangent_kernel,
-)
+from flexmb import kernels
 from flexmb.model.contributions import ElementKernels
-from flexmb.parts.bearings.film import (
-    PADS,
-    PEAK,
-    SIDE,
-    TABLE,
-    film_force,
-    film_pressure,
-    pads_force,
-    pads_scalar,
-    table_force,
-    table_scalar,
-)
+from flexmb.parts.bearings import film
 from flexmb.parts.joints.contact_point import arms_of
 
 # Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
@@ -43,7 +23,7 @@ OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8, 13)
 KEPT = 0.5
 
 
-@compiled
+@kernels.compiled
 def relative(p, q, v):
     """Arms of both points, eccentricity, rates u beside the mean spin, that spin; length and direction n of the former.
 
@@ -58,7 +38,7 @@ def relative(p, q, v):
     return ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny
 
 
-@compiled
+@kernels.compiled
 def thickness(h, height):
     """Thickness of the film at a gap h and its derivative; below the roughness `height` it nears `KEPT` of it."""
     if h >= height:
@@ -68,7 +48,7 @@ def thickness(h, height):
     return least + (height - least) * fall, fall
 
 
-@compiled
+@kernels.compiled
 def eccentricity(p, size):
     """Eccentricity over the clearance and its derivative; a film thinner than the roughness nears `KEPT` of it."""
     c = p[CLEARANCE]
@@ -76,7 +56,7 @@ def eccentricity(p, size):
     return size / c if c - size >= p[HEIGHT] else 1.0 - h / c, fall / c
 
 
-@compiled
+@kernels.compiled
 def force(p, turn, size, nx, ny, ux, uy):
     """Force on the journal along n and t, its derivatives by the eccentricity, a and b; a and b; derivatives by `turn`.
 
@@ -86,18 +66,18 @@ def force(p, turn, size, nx, ny, ux, uy):
     eps, eps_e = eccentricity(p, size)
     a, b = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
     Fr_w, Ft_w = 0.0, 0.0
-    if p[KIND] == PADS:
+    if p[KIND] == film.PADS:
         widest = math.atan2(-ny, -nx) - turn
-        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, Fr_w, Ft_w = pads_force(p, eps, a, b, widest)
-    elif p[KIND] == TABLE:
-        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = table_force(p, eps, a, b)
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, Fr_w, Ft_w = film.pads_force(p, eps, a, b, widest)
+    elif p[KIND] == film.TABLE:
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film.table_force(p, eps, a, b)
     else:
-        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film_force(p[KIND], p[EXTENT], eps, a, b)
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film.film_force(p[KIND], p[EXTENT], eps, a, b)
     Fr_e, Ft_e = eps_e * Fr_e, eps_e * Ft_e
     return S * Fr, S * Ft, S * Fr_e, S * Ft_e, S * Fr_a, S * Fr_b, S * Ft_a, S * Ft_b, a, b, -S * Fr_w, -S * Ft_w
 
 
-@compiled
+@kernels.compiled
 def mean_force(p, turn, size, nx, ny, x, y):
     """Mean of the force at the rates (x, y) and of minus that at the opposite ones, for a journal at rest."""
     Fx, Fy = 0.0, 0.0
@@ -107,7 +87,7 @@ def mean_force(p, turn, size, nx, ny, x, y):
     return Fx, Fy
 
 
-@compiled
+@kernels.compiled
 def turned(nx, ny, nn, nt, tn, tt):
     """Components xx, xy, yx, yy of a matrix given along n and t."""
     return (
@@ -118,7 +98,7 @@ def turned(nx, ny, nn, nt, tn, tt):
     )
 
 
-@compiled
+@kernels.compiled
 def drag(p, size):
     """Moment of the film over the spin of the journal against the bearing, and its derivative by the eccentricity."""
     eps, eps_e = eccentricity(p, size)
@@ -126,7 +106,7 @@ def drag(p, size):
     return p[DRAG] * f, p[DRAG] * eps * f * f * f * eps_e
 
 
-@compiled
+@kernels.compiled
 def put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, T, r):
     """r (6,) for the force on the journal and the viscous moment T against its spin."""
     half = 0.5 * (ex * Fy - ey * Fx)
@@ -134,7 +114,7 @@ def put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, T, r):
     r[3], r[4], r[5] = -Fx, -Fy, by * Fx - bx * Fy + half + T
 
 
-@compiled
+@kernels.compiled
 def put_force(p, q, v, r):
     """r (6,) alone; returns the power that the film takes."""
     ax, ay, bx, by, ex, ey, ux, uy, _, size, nx, ny = relative(p, q, v)
@@ -145,7 +125,7 @@ def put_force(p, q, v, r):
     return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
 
 
-@compiled
+@kernels.compiled
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
     ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny = relative(p, q, v)
@@ -186,7 +166,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
     A[5, 5] += kq * (bx * Fx + by * Fy)
 
 
-@compiled
+@kernels.compiled
 def power(p, q, v):
     """Power that the film turns into heat."""
     _, _, _, _, _, _, ux, uy, _, size, nx, ny = relative(p, q, v)
@@ -196,32 +176,32 @@ def power(p, q, v):
     return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
 
 
-@element_kernel
+@kernels.element_kernel
 def film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Forces of the film on both bodies, and their tangents."""
     put_tangent(p, q, v, 1.0, 0.0, r, K)
     put_tangent(p, q, v, 0.0, 1.0, r, C)
 
 
-@energy_kernel
+@kernels.energy_kernel
 def film_energy(p, t, q, v):
     """No strain energy, no weight, power that the film turns into heat."""
     return 0.0, 0.0, power(p, q, v)
 
 
-@force_kernel
+@kernels.force_kernel
 def film_force_kernel(p, t, h, q, v, a, z, r, z_new):
     """Residual r (6,) alone."""
     put_force(p, q, v, r)
 
 
-@tangent_kernel
+@kernels.tangent_kernel
 def film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """Residual r (6,), and A = kq K + kv C."""
     put_tangent(p, q, v, kq, kv, r, A)
 
 
-@account_kernel
+@kernels.account_kernel
 def film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """Residual r (6,); no mass; energies as `film_energy` gives them."""
     return 0.0, 0.0, put_force(p, q, v, r)
@@ -235,7 +215,7 @@ def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
     """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
     # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
     fields = zip(ElementKernels._fields[: len(OF_JOURNAL)], OF_JOURNAL, strict=True)
-    found: list[Any] = [rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields]
+    found: list[Any] = [kernels.rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields]
     return ElementKernels(*found)
 
 
@@ -247,7 +227,7 @@ SIGNALS = (
 )  # fmt: skip
 
 
-@signal_kernel
+@kernels.signal_kernel
 def film_signal(p, t, q, v, a):
     """`CHOSEN`: place in `SIGNALS`; forces act on the second body."""
     which = int(p[CHOSEN])
@@ -258,18 +238,18 @@ def film_signal(p, t, q, v, a):
     squeeze, wedge = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
     eps, _ = eccentricity(p, size)
     if which in (SIDE_FLOW, PEAK_PRESSURE):
-        field, scale = (SIDE, p[FLOW]) if which == SIDE_FLOW else (PEAK, p[PRESSURE])
-        if p[KIND] == PADS:
-            return scale * pads_scalar(p, field, eps, squeeze, wedge, math.atan2(-ny, -nx) - q[2])
-        if p[KIND] == TABLE:
-            return scale * table_scalar(p, field, eps, squeeze, wedge)
+        field, scale = (film.SIDE, p[FLOW]) if which == SIDE_FLOW else (film.PEAK, p[PRESSURE])
+        if p[KIND] == film.PADS:
+            return scale * film.pads_scalar(p, field, eps, squeeze, wedge, math.atan2(-ny, -nx) - q[2])
+        if p[KIND] == film.TABLE:
+            return scale * film.table_scalar(p, field, eps, squeeze, wedge)
         if which == SIDE_FLOW:
             return scale * math.sqrt(squeeze * squeeze + wedge * wedge)
-        return scale * film_pressure(p[KIND], eps, squeeze, wedge)
+        return scale * film.film_pressure(p[KIND], eps, squeeze, wedge)
     return of_force(p, which, q[2], ex, ey, ux, uy, size, nx, ny, v[5] - v[2])
 
 
-@compiled
+@kernels.compiled
 def of_force(p, which, turn, ex, ey, ux, uy, size, nx, ny, w):
     """Signal that follows from the force of the film."""
     Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, turn, size, nx, ny, ux, uy)
