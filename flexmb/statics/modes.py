@@ -27,7 +27,6 @@ from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics import eigen
-from flexmb.statics.eigen import damped as damped_modes
 from flexmb.statics.equilibrium import left_out_text, open_contacts, refuse_other_forces, refuse_other_names, unpaired
 from flexmb.statics.found import Equilibrium, Spin, check_spin
 from flexmb.statics.start.assemble import close_loops
@@ -360,7 +359,11 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         squares, x = eigen.undamped(K, M, G, rigid, left, program.symbolic.order)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
-        s, x = _with_damping(K, C, M, G, rigid, left)
+        # Rigid motions that no damper acts on are left out of the problem. Where one does, the problem keeps them: each
+        # has s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
+        kept = rigid.shape[1] if (np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))).any() else 0
+        s, x = (found[..., kept:] for found in eigen.damped(K, C, M, G, rigid, left + kept, kept=kept > 0))
+        x = x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
     kinds = [f"rigid: {eigen.motion_in_words(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
     s, shapes = np.append(np.zeros(rigid.shape[1]), s)[:count], np.hstack([rigid, x])[:, :count]
@@ -369,17 +372,6 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     names, others = program.names.coordinates, program.names.aliases
     moves = tuple(eigen.moves_most(names, program.length, shape) for shape in shapes.T)
     return Modes(frequencies, shapes, names, others, rigid.shape[1], tuple(kinds), moves, s, damping, left_out)
-
-
-def _with_damping(K: Any, C: Any, M: Any, G: Any, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and shapes beside the rigid motions."""
-    # Rigid motions that no damper acts on are left out of the problem. Where one does, the problem keeps them: each has
-    # s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
-    damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
-    kept = rigid.shape[1] if damped_ones.any() else 0
-    s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
-    s, x = s[kept:], x[:, kept:]
-    return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
 
 
 def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:

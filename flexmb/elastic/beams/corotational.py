@@ -1,9 +1,5 @@
 """The corotational beam element, straight or an arc, without shear (Euler, Bernoulli) or with it (Timoshenko).
 
-An arc from `start` to `end` turns by `turn` in all, counter-clockwise > 0; with `turn` 0 it is straight.  With the
-distance c of the ends the length is c (turn/2)/sin(turn/2); the tangents at the ends lie turn/2 to the right and to the
-left of the line between them.
-
 Nodes (x1, y1, theta1, x2, y2, theta2); the chord from node 1 to node 2 has length l and direction alpha, its axes are
 e and n.  With s = xi L along the unstressed element and the shape functions N2, N4 (cubics of Hermite without shear):
 
@@ -14,17 +10,9 @@ Kinetic energy   T = 1/2 int rho A |dr/dt|^2 + 1/2 int rho I (turning of the sec
 Damping          zeta ka e_dot, zeta kb (u1_dot, u2_dot): stiffness-proportional, on the deformation only
 Gravity          Vg = -g . int rho A r
 
-ka, kb and the integrals of mass come from weak forms (see `fem`, `shear`).  The term with L/30 is the shortening of the
-chord by bending, averaged over the element (2, 1, 2 without shear); this term removes membrane locking.  A straight
-element has l0 = L and u0 = 0; for an arc see `arc`.
-Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the rotation of sections) with nothing dropped.  In the axes of
-the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho' its rate and dk = d(uk)/dt:
-
-    along e:  (1 - xi) A0 + xi A3 - rho' w - 2 rho (N2 d1 + N4 d2)
-    along n:  (1 - xi) A1 + xi A4 + N2 d1' + N4 d2' - rho^2 w
-    variation of r: along e (1 - xi) dx0 + xi dx3 - w dalpha,  along n (1 - xi) dx1 + xi dx4 + N2 du1 + N4 du2
-
-so that r holds every rigid motion, and the sums of forces and moments are the rates of the momenta of r.
+ka, kb and the integrals of mass come from weak forms, see `fem`.  The bij are 2, 1, 2 without shear.  A straight
+element has l0 = L and u0 = 0; for an arc see `arc`.  Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the
+rotation of sections) with nothing dropped, in the axes of the chord.
 Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures, vol. 1, Wiley 1991, chapter 7
 (corotational beam with averaged shallow-arch strain); the inertia terms are derived here from T.
 Equations (2.1) to (2.5), (2.6) to (2.11), (2.16), (2.17) and (2.18) of docs/theory/beam.md.

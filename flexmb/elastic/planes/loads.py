@@ -1,14 +1,9 @@
 """Loads on the nodes of a mesh: nodal forces, kernels, contributions.
 
-A force on a node, or the sum of forces f_k on the nodes of a rigid pin with the arms a_k: with beta, the direction of
-the axes in which f is given, and gamma, the angle of the pin,
-
-    F = R(beta) sum f_k,     M = sum R(gamma) a_k x R(beta) f_k = cos(beta - gamma) X + sin(beta - gamma) D
-
-with X = sum a_k x f_k and D = sum a_k . f_k.  Equation (11.12) of docs/theory/plane_bodies.md.
-
-An edge with the places x_l of its nodes and the products P of a pressure and S of a shear: f_k = (P_kl J + S_kl) x_l.
-It is linear in x, so the tangent is constant but for the arms of pins.  Equation (11.13).
+The forces f_k on the nodes of a rigid pin with the arms a_k are one force and one moment, by X = sum a_k x f_k and
+D = sum a_k . f_k.  An edge has the products P of a pressure and S of a shear: f_k = (P_kl J + S_kl) x_l.  It is linear
+in x, so the tangent is constant but for the arms of pins.
+Equations (11.12) and (11.13) of docs/theory/plane_bodies.md.
 """
 
 from __future__ import annotations
@@ -187,7 +182,7 @@ def edge_force(p, q, arms, f, r):
             fx += along * x[2 * l] - normal * x[2 * l + 1]
             fy += along * x[2 * l + 1] + normal * x[2 * l]
         f[2 * k], f[2 * k + 1] = fx, fy
-    for i in range(2 * int(p[elements.NODES])):
+    for i in range(2 * m):
         f[i] = -f[i]
     for i in range(r.shape[0]):
         r[i] = 0.0
@@ -221,9 +216,9 @@ def edge_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     edge_tangent(p, q, r, K)
 
 
-@fast
-def total(p, q, v):
-    """Force along x or y, or power, of all elements of a load."""
+@signal_kernel
+def mesh_load_signal(p, t, q, v, a):
+    """Force along x or y, or power, of a load; p: 1 for edges, then n, size and p of each element, number of signal."""
     last = p.shape[0] - 1
     on_edges, number, at, first, found = p[ON_EDGES] > 0.0, int(p[last]), FIRST_ELEMENT, 0, 0.0
     arms, f, r = elements.nodal(), elements.nodal(), elements.on_every_coordinate()
@@ -245,12 +240,6 @@ def total(p, q, v):
             found -= rows[number]
         at, first = end, first + n
     return found
-
-
-@signal_kernel
-def mesh_load_signal(p, t, q, v, a):
-    """Force along x or y, or power, of a load; p: 1 for edges, then n, size and p of each element, number of signal."""
-    return total(p, q, v)
 
 
 @dataclass(frozen=True, eq=False)

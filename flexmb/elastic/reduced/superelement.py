@@ -1,17 +1,7 @@
 """Matrices of a reduced body (mass, stiffness, geometric stiffness K_G: `_reduced_stiffness`), loads on its mesh.
 
-In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges:
-
-    dead       (c0, c1) = (cos, -sin) of theta_f less the angle of the axes in which f is given
-    follower   (c0, c1) = (cos, sin) of the rotation of the first pin against the frame
-    edges      (c0, c1) = (1, 0)
-
-Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.elastic.reduced.kernel`), and with
-the geometric stiffness N0 of f and N1 of J f with all pins held, N = c0 N0 + c1 N1, gives
-
-    F = c0 Psi' f + c1 Psi' J f + Psi' A d - N d
-    m = d (c0 Phi' f + c1 Phi' J f + Phi' A d) + u N d;    r = -(F + g m)
-
+In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges;
+N = c0 N0 + c1 N1 is the geometric stiffness of their stress with all pins held.
 Equations (12.22) to (12.24) of docs/theory/reduced.md.
 """
 
@@ -216,25 +206,19 @@ def reduced_load_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     load_tangent(p, q, kernel.scratch(), second_scratch(), r, K)
 
 
-@fast
-def total(p, q, v, x, y):
-    """Force along x or y, or power, by the last parameter."""
-    n, last = int(p[kernel.COUNT]), p.shape[0] - 1
+@signal_kernel
+def reduced_load_signal(p, t, q, v, a):
+    """Force along x or y, or power; p: that of the element, then the number of the signal."""
+    y, n, last = second_scratch(), int(p[kernel.COUNT]), p.shape[0] - 1
     number = int(p[last])
     r, found = row_of(y, D_FORCE, n), 0.0
-    load_force(p, q, x, y, r)
+    load_force(p, q, kernel.scratch(), y, r)
     for i in range(0, n, 3):
         if number == POWER:
             found -= r[i] * v[i] + r[i + 1] * v[i + 1] + r[i + 2] * v[i + 2]
         else:
             found -= r[i + number]
     return found
-
-
-@signal_kernel
-def reduced_load_signal(p, t, q, v, a):
-    """Force along x or y, or power; p: that of the element, then the number of the signal."""
-    return total(p, q, v, kernel.scratch(), second_scratch())
 
 
 # Constant matrices of a reduced body, and the parameters of its element

@@ -7,10 +7,9 @@ Equations (15.5) and (15.7) of docs/theory/films.md.
 """
 
 import math
-from typing import Any
 
 from flexmb import kernels
-from flexmb.model.contributions import ElementKernels
+from flexmb.model.massless import massless
 from flexmb.parts.bearings import film
 from flexmb.parts.joints.contact_point import arms_of
 
@@ -116,13 +115,13 @@ def put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, T, r):
 
 @kernels.compiled
 def put_force(p, q, v, r):
-    """r (6,) alone; returns the power that the film takes."""
+    """r (6,) alone; energies, of which the film has the power that it takes."""
     ax, ay, bx, by, ex, ey, ux, uy, _, size, nx, ny = relative(p, q, v)
     Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
     viscous, _ = drag(p, size)
     w = v[5] - v[2]
     put_residual(ax, ay, bx, by, ex, ey, Fr * nx - Ft * ny, Fr * ny + Ft * nx, viscous * w, r)
-    return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
+    return 0.0, 0.0, viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
 
 
 @kernels.compiled
@@ -166,58 +165,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
     A[5, 5] += kq * (bx * Fx + by * Fy)
 
 
-@kernels.compiled
-def power(p, q, v):
-    """Power that the film turns into heat."""
-    _, _, _, _, _, _, ux, uy, _, size, nx, ny = relative(p, q, v)
-    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
-    viscous, _ = drag(p, size)
-    w = v[5] - v[2]
-    return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
-
-
-@kernels.element_kernel
-def film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Forces of the film on both bodies, and their tangents."""
-    put_tangent(p, q, v, 1.0, 0.0, r, K)
-    put_tangent(p, q, v, 0.0, 1.0, r, C)
-
-
-@kernels.energy_kernel
-def film_energy(p, t, q, v):
-    """No strain energy, no weight, power that the film turns into heat."""
-    return 0.0, 0.0, power(p, q, v)
-
-
-@kernels.force_kernel
-def film_force_kernel(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
-@kernels.tangent_kernel
-def film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
-    """Residual r (6,), and A = kq K + kv C."""
-    put_tangent(p, q, v, kq, kv, r, A)
-
-
-@kernels.account_kernel
-def film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `film_energy` gives them."""
-    return 0.0, 0.0, put_force(p, q, v, r)
-
-
-OF_JOURNAL = film_kernel, film_energy, film_force_kernel, film_tangent, film_account
-JOURNAL_FILM = ElementKernels(*OF_JOURNAL)
-
-
-def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
-    """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
-    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
-    fields = zip(ElementKernels._fields[: len(OF_JOURNAL)], OF_JOURNAL, strict=True)
-    found: list[Any] = [kernels.rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields]
-    return ElementKernels(*found)
-
+JOURNAL_FILM = massless("JOURNAL_FILM", globals())
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)
 # Signals with their units, in the order of `film_signal`.

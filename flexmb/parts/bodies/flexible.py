@@ -435,13 +435,9 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
 
 
 def nearest_node(
-    label: str,
-    owner: str,
-    nodes: Sequence[Node],
-    point: Point,
-    size: float,
+    label: str, owner: str, nodes: Sequence[Node], point: Point, size: float,
     remedy: str = "or choose elements so that a node stands at the point",
-) -> Node:
+) -> Node:  # fmt: skip
     """The node at a world point of the reference configuration, or `InputError` that names the nodes nearby."""
     for node in nodes:
         if (node.x, node.y) == point:

@@ -244,8 +244,10 @@ class PointMass(Body):
 
 def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     """Whether a contribution acts on its coordinate with the number `place` in the reference configuration."""
-    q, p = _pose_of(mechanism, contribution), np.array(contribution.p, dtype=float)
-    n = len(q)
+    nodes = {c[:2]: mechanism.body(c[0]).node(c[1]) for c in contribution.coordinates}
+    poses = {name: (node.x, node.y, node.theta) for name, node in nodes.items()}
+    q = np.array([poses[part, name][axis] for part, name, axis in contribution.coordinates])
+    p, n = np.array(contribution.p, dtype=float), len(q)
     if isinstance(contribution, ConstraintContribution):
         m = contribution.rows
         G, H = np.zeros((m, n)), np.zeros((n, n))
@@ -266,19 +268,6 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
     moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
     return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
-
-
-def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
-    """Coordinates (n,) of a contribution in the reference configuration."""
-    found: dict[tuple[str, str], tuple[float, float, float]] = {}
-    q = []
-    for part, name, axis in contribution.coordinates:
-        pose = found.get((part, name))
-        if pose is None:
-            node = mechanism.body(part).node(name)
-            pose = found[part, name] = node.x, node.y, node.theta
-        q.append(pose[axis])
-    return np.array(q)
 
 
 def _any(values: Any, *others: np.ndarray) -> bool:

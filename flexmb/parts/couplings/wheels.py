@@ -347,12 +347,9 @@ class Gear(Wheels):
     distance: float | None = field("of the axes, for the pitch circles; None: as drawn", "m", positive, default=None)
     module: float | None = field("pitch diameter over teeth; None: by the distance", "m", positive, default=None)
     backlash: float | None = field(
-        "play of the teeth along the pitch circles",
-        "m",
-        positive,
-        hint="For an ideal pair leave backlash out.",
+        "play of the teeth along the pitch circles", "m", positive, hint="For an ideal pair leave backlash out.",
         default=None,
-    )
+    )  # fmt: skip
     normal: NormalLaw | None = field("law of the flanks along the line of action, with backlash", default=None)
     pressure_angle: float = field(
         "alpha; 0, of an ideal pair: no radial force",

@@ -163,19 +163,8 @@ class Fixed(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        return [
-            ConstraintContribution(
-                self.name,
-                weld_kernel,
-                coordinates,
-                p,
-                3,
-                second=second.coordinates,
-                moment_row=2,
-                columns=(*AT_PIN, (2, 5)),
-                curved=BY_ANGLES,
-            )
-        ]
+        own, columns = (self.name, weld_kernel, coordinates, p, 3, second.coordinates), (*AT_PIN, (2, 5))
+        return [ConstraintContribution(*own, moment_row=2, columns=columns, curved=BY_ANGLES)]
 
 
 @gap_kernel

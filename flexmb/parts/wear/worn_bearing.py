@@ -20,6 +20,7 @@ from flexmb.fields import record
 from flexmb.findings.finding import Finding
 from flexmb.kernels import compiled, signal_kernel, summing
 from flexmb.model.contributions import Contribution, signal_contributions
+from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.journal import FilmEquilibrium, JournalBearing
@@ -130,7 +131,7 @@ def stiffness(p, ex, ey, vx, vy, w):
 
 @compiled
 def put_force(p, q, v, r):
-    """r (6,) alone; returns the power that the film takes."""
+    """r (6,) alone; energies, of which the film has the power that it takes."""
     ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
     m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
     turning = drag * w - 0.5 * m2
@@ -138,7 +139,7 @@ def put_force(p, q, v, r):
         r[k] = gx[k] * m0 + gy[k] * m1
     r[worn] += ey * m0 - ex * m1 - turning
     r[other] += turning
-    return taken
+    return 0.0, 0.0, taken
 
 
 @compiled
@@ -187,15 +188,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
         A[other, l] -= 0.5 * pz
 
 
-@compiled
-def power(p, q, v):
-    """Power that the film turns into heat."""
-    ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
-    _, _, _, _, found = sums(p, ex, ey, vx, vy, w)
-    return found
-
-
-WORN_FILM = kernels.film_kernels("WORN_FILM", globals())
+WORN_FILM = massless("WORN_FILM", globals())
 
 
 @signal_kernel
