@@ -65,7 +65,6 @@ OWN = ElementKernels(element, energy, force, tangent, account)
 def massless(name: str, functions: dict[str, Any], own: kernels.Kernel | None = None) -> ElementKernels:
     """Kernels of a module with the globals `functions`, which calls them `name`; `own`: its element kernel."""
     names, given = {**globals(), **functions}, OWN if own is None else OWN._replace(tangent=None)
-    made: dict[str, Any] = {
-        field: kernels.rebound(kernel, f"{name}.{field}", names) for field, kernel in given._asdict().items() if kernel
-    }
-    return ElementKernels(**made) if own is None else ElementKernels(**made)._replace(element=own)
+    every = given._asdict().items()
+    made: list[Any] = [kernel and kernels.rebound(kernel, f"{name}.{field}", names) for field, kernel in every]
+    return ElementKernels(*made) if own is None else ElementKernels(*made)._replace(element=own)

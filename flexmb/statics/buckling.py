@@ -34,7 +34,7 @@ from flexmb.errors import FlexmbError, InputError, SolveError
 from flexmb.findings.finding import Finding, found, sentences
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Body, Part, refuse_controllers
+from flexmb.model.part import Body, refuse_controllers
 from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
@@ -440,13 +440,13 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
 
 def unloaded(mechanism: Mechanism) -> Mechanism:
     """The mechanism without gravity and without loads: no bodies, with elements that keep no energy beside signals."""
-
-    def is_load(part: Part) -> bool:
+    kept = []
+    for part in mechanism.parts:
         found = () if isinstance(part, Body) else mechanism.contributions_of(part)
         forces = [one for one in found if not isinstance(one, SignalContribution)]
-        return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
-
-    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part)], (0.0, 0.0))
+        if not forces or any(not isinstance(one, ElementContribution) or one.energy is not None for one in forces):
+            kept.append(part)
+    return mechanism.with_loads(kept, (0.0, 0.0))
 
 
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:

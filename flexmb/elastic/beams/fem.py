@@ -147,9 +147,8 @@ class BeamMatrices:
 class BeamData:
     """Data of one straight beam that its matrices depend on."""
 
-    # The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
-    # graded meshes need no further code. Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear
-    # not for thick beams: length over height should exceed about 10.
+    # Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear not for thick beams: length over
+    # height should exceed about 10.
     # Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
     # Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
     stations: Array  # (n + 1,) increasing [m]

@@ -232,13 +232,9 @@ class Cells:
 
 
 def cell_contributions(
-    part: str,
-    cells: Cells,
-    nodes: Mapping[int, str],
-    pins: Mapping[int, Interface],
-    damping: float,
+    part: str, cells: Cells, nodes: Mapping[int, str], pins: Mapping[int, Interface], damping: float,
     gravity: tuple[float, float],
-) -> list[ElementContribution]:
+) -> list[ElementContribution]:  # fmt: skip
     """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2]."""
     # `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by
     # number of the mesh's nodes that lie on them.

@@ -91,9 +91,8 @@ def loaded_edges(mesh: PlaneMesh, name: str, thickness: Thickness) -> LoadedEdge
 
 def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge."""
-    # A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
-    # shear along the edge has P_kl x_l. Equation (11.13) of docs/theory/plane_bodies.md. The stress is a number [Pa],
-    # or a function of points (p, 2) [m] that returns numbers (p,).
+    # Equation (11.13) of docs/theory/plane_bodies.md. The stress is a number [Pa], or a function of points (p, 2) [m]
+    # that returns numbers (p,).
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
     given = real_values(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress)
     count = edges.places.size // 2

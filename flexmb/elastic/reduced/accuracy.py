@@ -167,11 +167,11 @@ def accuracy(
         holding = ", ".join(given)
     forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in loads.items()}
     supported = Comparison(found, element, fixed)
-    frequencies = [one.frequencies(count) for one in (Comparison(found, element, []), supported)]
+    free, held_ones = (one.frequencies(count) for one in (Comparison(found, element, []), supported))
     under = dict(zip(forces, supported.under(np.stack(list(forces.values()), axis=1)), strict=True))
     left = float(found.held[found.vibrations]) if len(found.held) > found.vibrations else math.inf
     sizes = found.vibrations, found.shapes.shape[1], model.stiffness.shape[0]
-    return Accuracy(model.label, *sizes, holding, *frequencies, supported.compliance_error(), under, left)
+    return Accuracy(model.label, *sizes, holding, free, held_ones, supported.compliance_error(), under, left)
 
 
 def _forces(model: ElasticModel, name: str, load: Load) -> Array:

@@ -309,11 +309,11 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
         operator = stress_operator(body.mesh, body.material, body.state)
         return np.asarray(np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1))
 
-    pins, mass = tuple(Node(interface.name, *interface.point, 0.0) for interface in kept), body.matrices.scalar_mass
+    nodes, mass = tuple(Node(interface.name, *interface.point, 0.0) for interface in kept), body.matrices.scalar_mass
     inner, no_turns = (shape.T @ stiffness @ shape).tocsc(), (sp.csr_matrix((1, shape.shape[1])), sp.csr_matrix((1, 1)))
     drawn = mesh_shape(body.name, body.mesh, body.material, body.state)
     return ElasticModel(
-        body.label, pins, inner, body.mesh.points, shape, sp.csr_matrix(mass), *no_turns, stress_stiffness,
+        body.label, nodes, inner, body.mesh.points, shape, sp.csr_matrix(mass), *no_turns, stress_stiffness,
         body.damping, body.origin, body.direction, drawn, shape, stresses, body.mass_damping,
     )  # fmt: skip
 

@@ -393,16 +393,10 @@ def side_of(curve: ClosedCurve, line: Line) -> float:
     return 1.0 if u[0] * (y - line.start[1]) - u[1] * (x - line.start[0]) >= 0.0 else -1.0
 
 
-def pair_shapes(mechanism: Mechanism, pair: Any, first: Any, second: Any) -> Shapes:
-    """Curves of both bodies of a pair, for pictures."""
-    nodes, _ = carriers(mechanism, pair)
-    drawn = (pair.first, nodes[0], first), (pair.second, nodes[1], second)
-    return [shape(body.name, node, curve.drawing()) for body, node, curve in drawn]
-
-
-def shape(part: str, node: Node, points: tuple[tuple[float, float], ...]) -> RigidShape:
-    """A polyline of the reference configuration that moves with a node, for pictures."""
-    return RigidShape(part, node.name, (tuple(in_frame(node, p) for p in points),))
+def pair_shapes(mechanism: Mechanism, pair: Any, *curves: Any) -> Shapes:
+    """Curves of both bodies of a pair, or of the first one alone, as polylines for pictures."""
+    drawn = list(zip((pair.first.name, pair.second.name), carriers(mechanism, pair)[0], curves, strict=False))
+    return [RigidShape(part, at.name, (tuple(in_frame(at, p) for p in curve.drawing()),)) for part, at, curve in drawn]
 
 
 PULL = 1e-3  # pull of an ideal pair relative to its largest force, above which there is a remark
@@ -486,7 +480,6 @@ class CurveOnCurve(Pair):
             text = f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near ({x:.6g},"
             text += f" {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut)."
             raise InputError(f"{text} Use a smaller roller.")
-
         if isinstance(other, ClosedCurve):
             self._check_fit(curve, other)
             self._check_fit(other, curve)
@@ -632,4 +625,4 @@ class PointOnCurve(Pair):
         return ROLLER.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        return [shape(self.first.name, carrier(mechanism, self.first.name, self.label), self.curve.drawing())]
+        return pair_shapes(mechanism, self, self.curve)

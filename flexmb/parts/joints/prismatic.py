@@ -19,6 +19,7 @@ from flexmb.model.contributions import (
     JointFriction,
     RowMotion,
     SignalContribution,
+    signal_contributions,
 )
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
@@ -373,13 +374,10 @@ class PrismaticClearance(Guide):
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
             numbers = (self.play, self.half_height, across, mx, my, s1x, s1y, *corner)
             laws = normal, self.friction, name
-            contribution = ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws)
-            found.append(contribution)
-        sizes = (self.play, self.half_length, self.half_height)
-        for k, (name, unit) in enumerate(SIGNALS):
-            values = (*p, angle, *sizes, float(k))
-            told = self.name, name, unit, slider_signal, coordinates, values
-            found.append(SignalContribution(*told, is_mode=name == "mode"))
+            found.append(ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws))
+        values = (*p, angle, self.play, self.half_length, self.half_height)
+        *told, mode = signal_contributions(self.name, slider_signal, SIGNALS, coordinates, values)
+        found += [*told, replace(mode, is_mode=True)]
         _, speed = travel_contributions(self.name, coordinates, p)
         friction = rubbing(self.friction, contact_point.guide_friction, (*p, 2.0 * self.half_length, 0.0))
         return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]

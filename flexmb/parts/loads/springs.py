@@ -81,14 +81,9 @@ def checked_rest(label: str, name: str, rest: Any, unit: str, _: str) -> float |
 
 
 def moving_end(
-    part: str,
-    kernel: Any,
-    coordinates: tuple[Coordinate, ...],
-    stiffness: float,
-    rest: Any,
-    start: float,
+    part: str, kernel: Any, coordinates: tuple[Coordinate, ...], stiffness: float, rest: Any, start: float,
     more: tuple[float, ...],
-) -> list[ElementContribution]:
+) -> list[ElementContribution]:  # fmt: skip
     """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves."""
     # k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
     # With a number for `rest` nothing moves; `start` is its value at t = 0.

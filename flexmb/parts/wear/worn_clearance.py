@@ -204,8 +204,8 @@ def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> n
     kept: list[int] = []
     for i in order:
         while len(kept) > 1:
-            a, b, c = dual[kept[-2]], dual[kept[-1]], dual[i]
-            if (b[0] - a[0]) * (c[1] - b[1]) > (b[1] - a[1]) * (c[0] - b[0]):  # a turn to the left
+            (x1, y1), (x2, y2), (x3, y3) = dual[kept[-2]], dual[kept[-1]], dual[i]
+            if (x2 - x1) * (y3 - y2) > (y2 - y1) * (x3 - x2):  # the way turns to the left
                 break
             kept.pop()
         kept.append(i)
