@@ -168,7 +168,17 @@ def runs() -> list[Callable[[], Any]]:
         own_equation,
         lambda: fm.static_equilibrium(rod),
         lambda: fm.modes(rod),
+        lambda: fm.buckling(strut()),
     ]
+
+
+def strut() -> Any:
+    """A clamped beam under a load along it."""
+    import flexmb as fm
+
+    beam = fm.FlexibleLink("beam", (0, 0), (1, 0), section=fm.Circle(0.01), material=fm.STEEL)
+    foot, load = fm.Fixed("foot", fm.GROUND, beam, (0, 0)), fm.Force("load", beam, (1, 0), (-1.0, 0.0))
+    return fm.Mechanism("strut", [beam, foot, load])
 
 
 def own_equation() -> None:

@@ -1,15 +1,19 @@
 """Functions as pieces of whole modules: same results as ordinary compilation, and far fewer modules."""
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
+from types import FunctionType
 
 import numba
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 from flexmb import version
+from flexmb.engine.compiled.pieces import PlainModule
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -135,3 +139,26 @@ def test_another_numba_finds_the_same(tmp_path, other):
         done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
         found.append([float(word) for word in done.stdout.split()])
     assert found[1] == pytest.approx(found[0], rel=1e-5, abs=1e-8)
+
+
+def named_by(function):
+    """All of the package that a function names: globals, and what it may take from modules among them."""
+    names = function.__code__.co_names
+    found = [function.__globals__.get(name) for name in names]
+    modules = [m for m in found if isinstance(m, PlainModule) or getattr(m, "__name__", "").startswith("flexmb.")]
+    return [*found, *(getattr(module, name, None) for module in modules for name in names)]
+
+
+def test_kernels_in_plain_python_call_nothing_compiled():
+    """A check of an installed package waits for no compiler; some kernels name helpers by their module."""
+    kernels = runpy.run_path(str(ROOT / "tests" / "ship.py"))["kernels"]()
+    waiting, seen, compiled = [kernel.python for kernel in kernels], set(), []
+    while waiting:
+        function = waiting.pop()
+        if function.__code__ not in seen:
+            seen.add(function.__code__)
+            named = named_by(function)
+            waiting += [one for one in named if isinstance(one, FunctionType)]
+            compiled += [(function.__qualname__, one) for one in named if isinstance(one, Dispatcher)]
+    assert len(seen) > 150
+    assert not compiled

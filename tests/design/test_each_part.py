@@ -65,10 +65,18 @@ DIRECTIONS = ("attitude",)
 """Directions of small vectors, which turn within the differences by which derivatives of signals are found."""
 
 BOUND = 2e-5
-BOUNDS = {"FlexibleLink, arc": 5e-5, "FlexibleLink, arc, mass damping": 2e-3, "Prismatic, friction": 5e-5}
-"""Largest errors.  Of a falling arc all derivatives are 0, and round-off of its stiff axis over the difference of the
-parameter is left (4e-10 rad/s, with mass damping 8e-7 rad/s for a turn by one radian).  Where friction begins in the
-first step, its secant is beside the difference of the step: by 2e-7, 3e-8, 2e-9 m/s with steps of 1e-4, 5e-5, 2.5e-5 s.
+BOUNDS = {
+    "FlexibleLink, arc": 5e-5,
+    "FlexibleLink, uneven": 5e-5,
+    "FlexibleLink, arc, mass damping": 2e-3,
+    "Prismatic, friction": 5e-5,
+    "WornBearing": 5e-4,
+}
+"""Largest errors.  Of a falling arc or beam all derivatives are 0, and round-off of its stiff axis over the difference
+of the parameter is left (4e-10 rad/s, with mass damping 8e-7 rad/s for a turn by one radian).  The angle of contact of
+a worn bearing is where its gap is least, which small ways of a journal in the middle turn (7e-4 rad of 6.8).  Where
+friction begins in the first step, its secant is beside the difference of the step: by 2e-7, 3e-8, 2e-9 m/s with steps
+of 1e-4, 5e-5, 2.5e-5 s.
 """
 
 STRUCTURAL = {"A.radius", "servo.sample"}

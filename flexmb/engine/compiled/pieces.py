@@ -33,7 +33,7 @@ from numba.extending import _Intrinsic, register_model
 
 from flexmb.engine.compiled.ahead import finished
 from flexmb.engine.compiled.arrays import PLAIN
-from flexmb.engine.compiled.code_cache import PACKAGE, CodeCache
+from flexmb.engine.compiled.code_cache import CodeCache
 from flexmb.engine.compiled.notice import UNPIECED_FACTOR, notice
 from flexmb.version import compiles_fast
 
@@ -323,27 +323,25 @@ def plain(function: Any) -> Any:
     if id(names) not in _plain_names:
         found = dict(names)
         _plain_names[id(names)] = names, found
-        found.update({name: _in_python(value) for name, value in names.items()})
+        found.update({name: _plain_value(value) for name, value in names.items()})
     found = _plain_names[id(names)][1]
     return FunctionType(function.__code__, found, function.__name__, function.__defaults__, function.__closure__)
 
 
-def _in_python(value: Any) -> Any:
-    """A compiled function, or a module of flexmb with such functions, in plain Python; other values as they are."""
+def _plain_value(value: Any) -> Any:
+    """A compiled function, an intrinsic or a module of the package in plain Python; others as they are."""
     if isinstance(value, Dispatcher):
         return plain(value.py_func)
-    if isinstance(value, ModuleType) and value.__name__.startswith(f"{PACKAGE}."):
-        return PlainModule(value)
-    return PLAIN.get(value, value) if isinstance(value, _Intrinsic) else value
+    if isinstance(value, _Intrinsic):
+        return PLAIN.get(value, value)
+    return PlainModule(value) if isinstance(value, ModuleType) and value.__name__.startswith("flexmb.") else value
 
 
 class PlainModule:
-    """A module whose compiled functions are plain Python, each from its first use on."""
+    """A module whose compiled functions are in plain Python."""
 
     def __init__(self, module: ModuleType) -> None:
         self._module = module
 
     def __getattr__(self, name: str) -> Any:
-        found = _in_python(getattr(self._module, name))
-        setattr(self, name, found)
-        return found
+        return _plain_value(getattr(self._module, name))
