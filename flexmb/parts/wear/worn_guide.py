@@ -264,10 +264,10 @@ class WornSides(WornJoint):
 
     @abstractmethod
     def _on_sides(self, *p: float) -> tuple[float, ...]:
-        """Numbers of a contact on the worn sides, from those of the dry joint's contact."""
+        """Numbers of a contact on the worn sides by those of the dry joint."""
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Those of the dry joint, with each contact on the worn sides and followed by its signals."""
+        """Contributions of the dry joint with its contacts on the worn sides, and their signals."""
         found: list[Contribution] = []
         corners: tuple[float, ...] = ()
         for one in super().contributions(mechanism):  # type: ignore[safe-super]
