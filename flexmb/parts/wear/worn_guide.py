@@ -264,10 +264,10 @@ class WornSides(WornJoint):
 
     @abstractmethod
     def _on_sides(self, *p: float) -> tuple[float, ...]:
-        """Numbers of a contact on the worn sides by those of the dry joint."""
+        """Numbers of a contact on the worn sides; `p`: of the dry contact."""
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contributions of the dry joint with its contacts on the worn sides, and their signals."""
+        """Contributions of the dry joint, contacts on the worn sides."""
         found: list[Contribution] = []
         corners: tuple[float, ...] = ()
         for one in super().contributions(mechanism):  # type: ignore[safe-super]
