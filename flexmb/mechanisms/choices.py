@@ -76,15 +76,9 @@ def crank_motion(owner: str, speed: float, ramp: float | None) -> Motion:
 
 
 def pin(
-    name: str,
-    first: Body,
-    second: Body,
-    at: Point,
-    clearance: float | None,
-    bearing_radius: float,
-    normal: NormalLaw,
-    friction: FrictionLaw,
-) -> Joint:
+    name: str, first: Body, second: Body, at: Point, clearance: float | None, bearing_radius: float,
+    normal: NormalLaw, friction: FrictionLaw,
+) -> Joint:  # fmt: skip
     """A revolute joint at a point [m], with clearance [m] if it is given; the journal belongs to the second body."""
     if clearance is None:
         return Revolute(name, first, second, at=at)

@@ -144,12 +144,9 @@ class NineBarData(Input):
         """Normal law of the contact at P1, its stiffness by eq. (4) with both radii."""
         partner = Material(self.contact_young, self.density, self.contact_poisson)
         return LankaraniNikravesh.from_materials(
-            partner,
-            partner,
-            restitution=self.restitution,
-            least_approach=self.least_approach,
+            partner, partner, restitution=self.restitution, least_approach=self.least_approach,
             reference_speed=self.reference_speed,
-        )
+        )  # fmt: skip
 
     @property
     def coulomb(self) -> ModifiedCoulomb:

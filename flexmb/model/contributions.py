@@ -262,15 +262,9 @@ class SignalContribution:
 
 
 def signal_contributions(
-    part: str,
-    kernel: Kernel,
-    signals: Sequence[tuple[str, str]],
-    coordinates: tuple[Coordinate, ...],
-    p: tuple[float, ...],
-    *,
-    behind: tuple[float, ...] = (),
-    use_of_factor: str = "",
-) -> list[SignalContribution]:
+    part: str, kernel: Kernel, signals: Sequence[tuple[str, str]], coordinates: tuple[Coordinate, ...],
+    p: tuple[float, ...], *, behind: tuple[float, ...] = (), use_of_factor: str = "",
+) -> list[SignalContribution]:  # fmt: skip
     """Signals, names with units, of one kernel, whose parameters are p, the number of the signal, and `behind`."""
     return [
         SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k), *behind), use_of_factor=use_of_factor)

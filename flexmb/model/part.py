@@ -332,16 +332,8 @@ class Element(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
         p = self.parameters()
-        element = ElementContribution(
-            self.name,
-            self.kernel,
-            coordinates,
-            p,
-            self.history(),
-            energy=self.energy,
-            force=self.force_kernel,
-            tangent=self.tangent_kernel,
-        )
+        others: dict[str, Any] = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
+        element = ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **others)
         own = [SignalContribution(self.name, name, unit, kernel, coordinates, p) for name, unit, kernel in self.signals]
         return [element, *own]
 

@@ -5,18 +5,10 @@ phi (S K - K S), couples stretching with bending; without the terms of s^2, whic
 cantilever under a force across it buckle.  Classical linear buckling, which counts stresses alone, has no such terms.
 Bowing of beam elements and shortening of reduced bodies have the like: with deformations e(q), K = A^T D A of
 A = de/dq has the slope A'^T D A + A^T D A', to which no stress belongs.
-Equation (8.4) of docs/theory/equilibrium.md.
 
-Linear buckling assumes that the stiffness against the buckling shape x falls in proportion to the loads: with the
-forces w = K0 x, which cause x without loads, the compliance w . u of the answer u to w grows from c0 to
-
-    c(s) = c0 / (1 - s/f)
-
-at s times the loads.  With c(s) of the equilibrium at s = f/2, found with large displacements, this gives a factor
-
-    f' = s / (1 - c0 / c(s))
-
-which is f where the structure keeps its shape until it buckles, and another one where it bends before.
+Whether the stiffness falls in proportion to the loads, the equilibrium at s = f/2 tells by its compliance c(s): the
+factor s/(1 - c0/c(s)) is f where the structure keeps its shape until it buckles, another one where it bends before.
+Equations (8.4) and (8.5) of docs/theory/equilibrium.md.
 """
 
 from __future__ import annotations
@@ -42,7 +34,7 @@ from flexmb.errors import FlexmbError, InputError, SolveError
 from flexmb.findings.finding import Finding, found, sentences
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Body, Part, refuse_controllers
+from flexmb.model.part import Body, refuse_controllers
 from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
@@ -448,13 +440,13 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
 
 def unloaded(mechanism: Mechanism) -> Mechanism:
     """The mechanism without gravity and without loads: no bodies, with elements that keep no energy beside signals."""
-
-    def is_load(part: Part) -> bool:
+    kept = []
+    for part in mechanism.parts:
         found = () if isinstance(part, Body) else mechanism.contributions_of(part)
         forces = [one for one in found if not isinstance(one, SignalContribution)]
-        return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
-
-    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part)], (0.0, 0.0))
+        if not forces or any(not isinstance(one, ElementContribution) or one.energy is not None for one in forces):
+            kept.append(part)
+    return mechanism.with_loads(kept, (0.0, 0.0))
 
 
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:

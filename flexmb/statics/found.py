@@ -1,11 +1,7 @@
 """Static equilibrium as it is found, and steady rotation: a mechanism at rest in a frame that turns at constant speed.
 
-At the instant at which the turning frame lies on the fixed one, a motion y(t) in the turning frame is, seen from the
-fixed one, dq = y, dv = y' + W S y, da = y'' + 2 W S y' + W^2 S S y, where S turns translations by a quarter and leaves
-angles alone.  With the tangents K, C, M of r(q, v, a) the motion in the turning frame obeys
-
-    M y'' + (C + 2 W M S) y' + (K + W C S + W^2 M S S) y + G^T d(lam) = 0,    G y = 0.
-Equation (8.6) of docs/theory/equilibrium.md.
+In the turning frame, with the tangents K, C, M of r(q, v, a) at the instant at which it lies on the fixed one, a motion
+y(t) obeys Equation (8.6) of docs/theory/equilibrium.md; S turns translations by a quarter and leaves angles alone.
 """
 
 from __future__ import annotations

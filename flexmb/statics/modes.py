@@ -26,17 +26,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
-from flexmb.statics.eigen import (
-    DEPENDENT_ROW,
-    all_modes,
-    free_motions,
-    motion_in_words,
-    moves_most,
-    null_space,
-    shapes_of,
-    undamped,
-)
-from flexmb.statics.eigen import damped as damped_modes
+from flexmb.statics import eigen
 from flexmb.statics.equilibrium import left_out_text, open_contacts, refuse_other_forces, refuse_other_names, unpaired
 from flexmb.statics.found import Equilibrium, Spin, check_spin
 from flexmb.statics.start.assemble import close_loops
@@ -173,7 +163,7 @@ def _released(system: StateEvaluation, state: State) -> Released:
     lengths = np.linalg.norm(G, axis=1)
     Q, R, order = la.qr((G / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T, pivoting=True, check_finite=False)
     pivots = np.abs(R.diagonal())
-    rank = int((pivots > DEPENDENT_ROW * pivots.max(initial=0.0)).sum())
+    rank = int((pivots > eigen.DEPENDENT_ROW * pivots.max(initial=0.0)).sum())
     Z = Q[:, rank:]
     if rank < len(G):
         lam = _multipliers(system, r)
@@ -212,9 +202,9 @@ def linear_modes(system: StateEvaluation, state: State, released: Released) -> L
     found = (_at(system, state, lam=one, weights=w) for one, w in ((None, stiff), (lam, stiff), (lam, damped)))
     elastic, K, C = (one.blocks[0] if large else _block(one) for one in found)
     if large:
-        squares, x = undamped(K, M, G, np.zeros((program.n_q, 0)), LOWEST, program.symbolic.order)
+        squares, x = eigen.undamped(K, M, G, np.zeros((program.n_q, 0)), LOWEST, program.symbolic.order)
     else:
-        squares, y = all_modes(Z.T @ K @ Z, Z.T @ M @ Z)
+        squares, y = eigen.all_modes(Z.T @ K @ Z, Z.T @ M @ Z)
         x = Z @ y
     rising = np.argsort(squares)
     rising = rising[squares[rising] > (RIGID_OF_LARGE if large else RIGID) * np.abs(squares).max(initial=0.0)]
@@ -229,7 +219,7 @@ def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
     system, n, n_b = StateEvaluation(program), program.n_q, program.tables.sizes.n_b
     v = np.where(np.arange(n) < n_b, 0.0, state.v)
     K, C, M = (system.at(state.q, v, t=state.t, z=state.z, weights=w).dense[:n, :n] for w in np.eye(3))
-    Z = null_space(system.dense[n:, :n])
+    Z = eigen.null_space(system.dense[n:, :n])
     k, c, m = (Z.T @ A @ Z for A in (K, C, M))
     A = np.block([[np.zeros_like(k), np.eye(len(k))], [-la.solve(m, k), -la.solve(m, c)]])
     s, left, right = la.eig(A, left=True, right=True)
@@ -357,8 +347,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     check_spin("modes", mechanism, program, system, spin)
     if at is not None:
         refuse_other_forces("modes", program, system, at)
-    motions = np.zeros((0, 0)) if spin.speed else free_motions(program, q, K, G)
-    rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
+    motions = np.zeros((0, 0)) if spin.speed else eigen.free_motions(program, q, K, G)
+    rigid = eigen.shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
     real = not (damped or spin.speed)
     if not left:
@@ -366,29 +356,22 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     elif real:
         refuse_asymmetry(program, K)
         K = 0.5 * (K + K.T)
-        squares, x = undamped(K, M, G, rigid, left, program.symbolic.order)
+        squares, x = eigen.undamped(K, M, G, rigid, left, program.symbolic.order)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
-        s, x = _with_damping(K, C, M, G, rigid, left)
-    kinds = [f"rigid: {motion_in_words(program, motion)}" for motion in motions.T[:count]]
+        # Rigid motions that no damper acts on are left out of the problem. Where one does, the problem keeps them: each
+        # has s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
+        kept = rigid.shape[1] if (np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))).any() else 0
+        s, x = (found[..., kept:] for found in eigen.damped(K, C, M, G, rigid, left + kept, kept=kept > 0))
+        x = x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
+    kinds = [f"rigid: {eigen.motion_in_words(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
     s, shapes = np.append(np.zeros(rigid.shape[1]), s)[:count], np.hstack([rigid, x])[:, :count]
     frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)  # of unstable real modes < 0
     damping = -s.real / np.where(s == 0.0, 1.0, np.abs(s)) + 0.0
     names, others = program.names.coordinates, program.names.aliases
-    moves = tuple(moves_most(names, program.length, shape) for shape in shapes.T)
+    moves = tuple(eigen.moves_most(names, program.length, shape) for shape in shapes.T)
     return Modes(frequencies, shapes, names, others, rigid.shape[1], tuple(kinds), moves, s, damping, left_out)
-
-
-def _with_damping(K: Any, C: Any, M: Any, G: Any, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and shapes beside the rigid motions."""
-    # Rigid motions that no damper acts on are left out of the problem. Where one does, the problem keeps them: each has
-    # s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
-    damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
-    kept = rigid.shape[1] if damped_ones.any() else 0
-    s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
-    s, x = s[kept:], x[:, kept:]
-    return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
 
 
 def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:

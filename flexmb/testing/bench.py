@@ -279,16 +279,9 @@ class Bench:
             yield {name: inputs[name] for name in wanted.split()}
 
     def derivative(
-        self,
-        tested: TestedKernel,
-        formula: str,
-        state: State,
-        value: Any,
-        function: Any,
-        x: Any,
-        scale: Any,
+        self, tested: TestedKernel, formula: str, state: State, value: Any, function: Any, x: Any, scale: Any,
         **sizes: Any,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Compare a derivative of the kernel with differences of a function at x."""
         # The formula begins with the name of the derivative; `scale` is that of the differences. `sizes` are `rows`,
         # `columns`: weights that give all entries one unit; `floor`: smallest size of a row; `noise`: round-off of the

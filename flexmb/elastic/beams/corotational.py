@@ -1,9 +1,5 @@
 """The corotational beam element, straight or an arc, without shear (Euler, Bernoulli) or with it (Timoshenko).
 
-An arc from `start` to `end` turns by `turn` in all, counter-clockwise > 0; with `turn` 0 it is straight.  With the
-distance c of the ends the length is c (turn/2)/sin(turn/2); the tangents at the ends lie turn/2 to the right and to the
-left of the line between them.
-
 Nodes (x1, y1, theta1, x2, y2, theta2); the chord from node 1 to node 2 has length l and direction alpha, its axes are
 e and n.  With s = xi L along the unstressed element and the shape functions N2, N4 (cubics of Hermite without shear):
 
@@ -14,17 +10,9 @@ Kinetic energy   T = 1/2 int rho A |dr/dt|^2 + 1/2 int rho I (turning of the sec
 Damping          zeta ka e_dot, zeta kb (u1_dot, u2_dot): stiffness-proportional, on the deformation only
 Gravity          Vg = -g . int rho A r
 
-ka, kb and the integrals of mass come from weak forms (see `fem`, `shear`).  The term with L/30 is the shortening of the
-chord by bending, averaged over the element (2, 1, 2 without shear); this term removes membrane locking.  A straight
-element has l0 = L and u0 = 0; for an arc see `arc`.
-Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the rotation of sections) with nothing dropped.  In the axes of
-the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho' its rate and dk = d(uk)/dt:
-
-    along e:  (1 - xi) A0 + xi A3 - rho' w - 2 rho (N2 d1 + N4 d2)
-    along n:  (1 - xi) A1 + xi A4 + N2 d1' + N4 d2' - rho^2 w
-    variation of r: along e (1 - xi) dx0 + xi dx3 - w dalpha,  along n (1 - xi) dx1 + xi dx4 + N2 du1 + N4 du2
-
-so that r holds every rigid motion, and the sums of forces and moments are the rates of the momenta of r.
+ka, kb and the integrals of mass come from weak forms, see `fem`.  The bij are 2, 1, 2 without shear.  A straight
+element has l0 = L and u0 = 0; for an arc see `arc`.  Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the
+rotation of sections) with nothing dropped, in the axes of the chord.
 Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures, vol. 1, Wiley 1991, chapter 7
 (corotational beam with averaged shallow-arch strain); the inertia terms are derived here from T.
 Equations (2.1) to (2.5), (2.6) to (2.11), (2.16), (2.17) and (2.18) of docs/theory/beam.md.
@@ -34,17 +22,8 @@ Equations (3.1) to (3.7) of docs/theory/inertia.md.
 import math
 from collections.abc import Sequence
 
-from flexmb import checks
+from flexmb import checks, kernels
 from flexmb.engine.compiled.lanes import any_of, choose, lanes_of, nearest, rows_of, total, write_lanes
-from flexmb.kernels import (
-    account_kernel,
-    damping_kernel,
-    element_kernel,
-    energy_kernel,
-    fast,
-    force_kernel,
-    tangent_kernel,
-)
 from flexmb.model.contributions import ElementKernels
 
 # Circular arcs between two points, as the unstressed shape of beams and of their elements
@@ -98,7 +77,7 @@ BOW11, BOW12, BOW22, FREE_LENGTH, FREE1, FREE2, PARAMETERS = range(26, 33)
 TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first times a number of turns below 2^40 is exact
 
 
-@fast
+@kernels.fast
 def turned_back(theta, angle):
     """theta - angle in [-pi, pi]; subtracting whole turns first keeps the digits of a crank that turns often."""
     u = theta - angle
@@ -115,7 +94,7 @@ A5, A6, A7 = -0.09090772993270721, 0.07689952309911112, -0.0664022342032706
 A8, A9, A10 = 0.05688293562313399, -0.043478902221454854, 0.02113338077579371
 
 
-@fast
+@kernels.fast
 def direction(y, x):
     """Angle of the vector (x, y) in [-pi, pi] within 5e-16, in half of the time of `math.atan2`."""
     aside, ahead = abs(y), abs(x)
@@ -134,7 +113,7 @@ def direction(y, x):
     return choose(y < 0.0, -angle, angle)
 
 
-@fast
+@kernels.fast
 def deformation(p, q):
     """Chord (1/l, cos, sin), elongation e and rotations u1, u2 against the chord."""
     dx, dy = q[3] - q[0], q[4] - q[1]
@@ -146,27 +125,27 @@ def deformation(p, q):
     return i, dx * i, dy * i, e, u1, u2
 
 
-@fast
+@kernels.fast
 def to_chord(c, s, x):
     """The two translations of a nodal vector in the axes of the chord."""
     return c * x[0] + s * x[1], c * x[1] - s * x[0], c * x[3] + s * x[4], c * x[4] - s * x[3]
 
 
-@fast
+@kernels.fast
 def rates(i, v, chord_v):
     """rho, the rate of the chord's length, and the rates of u1 and u2."""
     rho = (chord_v[3] - chord_v[1]) * i
     return rho, chord_v[2] - chord_v[0], v[2] - rho, v[5] - rho
 
 
-@fast
+@kernels.fast
 def bowing(p, x1, x2):
     """Gradient (g1, g2) of e by u1 and u2, a linear function of (u1, u2)."""
     twice1, twice2 = 2.0 * p[BOW11], 2.0 * p[BOW22]
     return p[LENGTH] / 30.0 * (twice1 * x1 - p[BOW12] * x2), p[LENGTH] / 30.0 * (twice2 * x2 - p[BOW12] * x1)
 
 
-@fast
+@kernels.fast
 def felt(p, c, s, chord_a):
     """Accelerations of the ends less gravity, in the axes of the chord; so inertia forces include the weight."""
     X, Y = p[GRAVITY_X], p[GRAVITY_Y]
@@ -174,19 +153,19 @@ def felt(p, c, s, chord_a):
     return chord_a[0] - gx, chord_a[1] - gy, chord_a[2] - gx, chord_a[3] - gy
 
 
-@fast
+@kernels.fast
 def with_ends(p, x1, x2):
     """int rho A of (1 - xi) w and xi w, for w = N2 x1 + N4 x2."""
     return p[G11] * x1 + p[G12] * x2, p[G21] * x1 + p[G22] * x2
 
 
-@fast
+@kernels.fast
 def with_cubics(p, x1, x2):
     """int rho A of N2 w and N4 w, for w = N2 x1 + N4 x2."""
     return p[H11] * x1 + p[H12] * x2, p[H12] * x1 + p[H22] * x2
 
 
-@fast
+@kernels.fast
 def inertia(p, u1, u2, x, rho, d1, d2):
     """Inertia forces on ends, u1, u2, alpha by end accelerations x, rho' = rho, u1'' = d1, u2'' = d2."""
     x0, x1, x3, x4 = x
@@ -205,7 +184,7 @@ def inertia(p, u1, u2, x, rho, d1, d2):
     )
 
 
-@fast
+@kernels.fast
 def by_turning(p, u1, u2, rho, d1, d2):
     """Centrifugal and Coriolis forces of the spin rho of the chord, in the order of `inertia`."""
     w1, w2 = with_ends(p, u1, u2)
@@ -215,7 +194,7 @@ def by_turning(p, u1, u2, rho, d1, d2):
     return a * v1, b * w1, a * v2, b * w2, b * k1, b * k2, -a * (k1 * d1 + k2 * d2)
 
 
-@fast
+@kernels.fast
 def elastic(p, e, u1, u2, longer, d1, d2):
     """Normal force and moments on u1 and u2, of elasticity and damping."""
     zeta = p[ZETA]
@@ -225,26 +204,26 @@ def elastic(p, e, u1, u2, longer, d1, d2):
     return N, p[B11] * x1 + p[B12] * x2 + N * g1, p[B12] * x1 + p[B22] * x2 + N * g2
 
 
-@fast
+@kernels.fast
 def spread(i, f):
     """Forces on ends, u1, u2 and alpha as a nodal vector in the axes of the chord."""
     lift = (f[6] - f[4] - f[5]) * i
     return f[0], f[1] - lift, f[4], f[2], f[3] + lift, f[5]
 
 
-@fast
+@kernels.fast
 def turned(c, s, f):
     """B^T f, of a nodal vector f in the axes of the chord."""
     return c * f[0] - s * f[1], s * f[0] + c * f[1], f[2], c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
 
 
-@fast
+@kernels.fast
 def write(f, r):
     """r = f."""
     r[0], r[1], r[2], r[3], r[4], r[5] = f
 
 
-@fast
+@kernels.fast
 def forces(p, u, x, motion):
     """Nodal forces in the axes of the chord, the lift on its ends, and the normal force."""
     # u : result of `deformation`; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their
@@ -260,7 +239,7 @@ def forces(p, u, x, motion):
     return (x0, x1 - lift, M1, x3, x4 + lift, M2), lift, N
 
 
-@fast
+@kernels.fast
 def state(p, q, v, a):
     """`deformation`, `felt` accelerations and all rates of an element."""
     u = deformation(p, q)
@@ -272,7 +251,7 @@ def state(p, q, v, a):
     return u, felt(p, c, s, chord_a), (rho, longer, d1, d2, rho_dot, dd1, dd2)
 
 
-@fast
+@kernels.fast
 def along_turn(p, u, motion, r, r_dot):
     """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot at constant theta."""
     _, _, _, _, u1, u2 = u
@@ -293,7 +272,7 @@ def along_turn(p, u, motion, r, r_dot):
     )
 
 
-@fast
+@kernels.fast
 def with_normal(p, u, f, dN):
     """Forces f plus the forces of a normal force dN."""
     _, _, _, _, u1, u2 = u
@@ -301,7 +280,7 @@ def with_normal(p, u, f, dN):
     return f[0] - dN, f[1], f[2] + dN, f[3], f[4] + g1 * dN, f[5] + g2 * dN, f[6]
 
 
-@fast
+@kernels.fast
 def by_length(p, u, x, motion, lift, kq, kv):
     """Derivative of the nodal forces when the second end moves along the chord."""
     i, _, _, _, u1, u2 = u
@@ -316,7 +295,7 @@ def by_length(p, u, x, motion, lift, kq, kv):
     return f[0], f[1] + back, f[2], f[3], f[4] - back, f[5]
 
 
-@fast
+@kernels.fast
 def by_side(p, u, x, motion, F, N, kq, kv, ka):
     """Derivative of the nodal forces F when the second end moves across the chord, which turns."""
     i, _, _, _, u1, u2 = u
@@ -349,7 +328,7 @@ def by_side(p, u, x, motion, F, N, kq, kv, ka):
     return f[0] - turn * F[1], f[1] + turn * F[0], f[2], f[3] - turn * F[4], f[4] + turn * F[3], f[5]
 
 
-@fast
+@kernels.fast
 def by_rotation(p, u, x, motion, N, k, kq, kv, ka):
     """Derivative of the nodal forces by the rotation of the first end (k = 0) or of the second (k = 1)."""
     i, _, _, _, u1, u2 = u
@@ -369,20 +348,20 @@ def by_rotation(p, u, x, motion, N, k, kq, kv, ka):
     return spread(i, with_normal(p, u, f, dN))
 
 
-@fast
+@kernels.fast
 def add(k, x, y):
     """k x + y."""
     return k * x[0] + y[0], k * x[1] + y[1], k * x[2] + y[2], k * x[3] + y[3], k * x[4] + y[4], k * x[5] + y[5]
 
 
-@fast
+@kernels.fast
 def turned_pair(c, s, x, y):
     """The two columns of B^T (x, y) B of a node."""
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return turned(c, s, add(c, x, add(-s, y, zero))), turned(c, s, add(s, x, add(c, y, zero)))
 
 
-@fast
+@kernels.fast
 def residual(p, q, v, a):
     """Nodal forces."""
     u, x, motion = state(p, q, v, a)
@@ -391,7 +370,7 @@ def residual(p, q, v, a):
     return turned(c, s, F)
 
 
-@fast
+@kernels.fast
 def evaluate(p, q, v, a, kq, kv, ka):
     """r and columns of A = kq dr/dq + kv dr/dv + ka dr/da; all but inertia forces have opposite ones for both ends."""
     u, x, motion = state(p, q, v, a)
@@ -412,14 +391,14 @@ def evaluate(p, q, v, a, kq, kv, ka):
     return turned(c, s, F), (A0, A1, A2, A3, A4, A5)
 
 
-@fast
+@kernels.fast
 def write_matrix(columns, A):
     """The columns of A (6, 6)."""
     for j, column in enumerate(columns):
         A[0, j], A[1, j], A[2, j], A[3, j], A[4, j], A[5, j] = column
 
 
-@element_kernel
+@kernels.element_kernel
 def beam_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Corotational Euler-Bernoulli element; q, r (6,), K, C, M (6, 6)."""
     for X, kq, kv, ka in ((K, 1.0, 0.0, 0.0), (C, 0.0, 1.0, 0.0), (M, 0.0, 0.0, 1.0)):
@@ -428,7 +407,7 @@ def beam_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
         write_matrix(columns, X)
 
 
-@tangent_kernel
+@kernels.tangent_kernel
 def beam_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """r (6,) and kq K + kv C + ka M (6, 6)."""
     F, columns = evaluate(p, q, v, a, kq, kv, ka)
@@ -436,13 +415,13 @@ def beam_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     write_matrix(columns, A)
 
 
-@force_kernel
+@kernels.force_kernel
 def beam_force(p, t, h, q, v, a, z, r, z_new):
     """Residual r (6,) alone."""
     write(residual(p, q, v, a), r)
 
 
-@fast
+@kernels.fast
 def energies(p, q, u, longer, d1, d2):
     """Strain energy, potential of gravity, power dissipated by damping."""
     _, c, s, e, u1, u2 = u
@@ -458,7 +437,7 @@ def energies(p, q, u, longer, d1, d2):
     return strain, -height - (c * gy - s * gx) * aside, power
 
 
-@fast
+@kernels.fast
 def mass_times(p, u, x):
     """M x."""
     i, c, s, _, u1, u2 = u
@@ -467,7 +446,7 @@ def mass_times(p, u, x):
     return turned(c, s, spread(i, inertia(p, u1, u2, y, turn, x[2] - turn, x[5] - turn)))
 
 
-@energy_kernel
+@kernels.energy_kernel
 def beam_energy(p, t, q, v):
     """Strain energy, potential of gravity, power dissipated by damping."""
     u = deformation(p, q)
@@ -476,7 +455,7 @@ def beam_energy(p, t, q, v):
     return energies(p, q, u, longer, d1, d2)
 
 
-@fast
+@kernels.fast
 def damping(p, q, v, w):
     """v.D v and v.D w."""
     i, c, s, _, u1, u2 = deformation(p, q)
@@ -488,13 +467,13 @@ def damping(p, q, v, w):
     return p[ZETA] * (N * longer + m1 * d1 + m2 * d2), p[ZETA] * (N * more + m1 * w1 + m2 * w2)
 
 
-@damping_kernel
+@kernels.damping_kernel
 def beam_damping(p, t, q, v, w):
     """Powers of damping with the velocities v, and of v and w."""
     return damping(p, q, v, w)
 
 
-@fast
+@kernels.fast
 def account(p, q, v, a, y):
     """Nodal forces, M v, M y, and energies as `beam_energy` gives them."""
     u, x, motion = state(p, q, v, a)
@@ -504,7 +483,7 @@ def account(p, q, v, a, y):
     return turned(c, s, F), mass_times(p, u, v), mass_times(p, u, y), energies(p, q, u, longer, d1, d2)
 
 
-@account_kernel
+@kernels.account_kernel
 def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (6,); energies as `beam_energy` gives them."""
     F, along, across, stored = account(p, q, v, a, y)
@@ -519,13 +498,13 @@ def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 rows, entries = rows_of(PARAMETERS), lanes_of(6)
 
 
-@force_kernel
+@kernels.force_kernel
 def four_forces(p, t, h, q, v, a, z, r, z_new):
     """Residuals."""
     write_lanes(r, 0, residual(rows(p), entries(q), entries(v), entries(a)))
 
 
-@tangent_kernel
+@kernels.tangent_kernel
 def four_tangents(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """Residuals, and matrices column by column in A (36, 4)."""
     F, columns = evaluate(rows(p), entries(q), entries(v), entries(a), kq, kv, ka)
@@ -534,7 +513,7 @@ def four_tangents(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
         write_lanes(A, 6 * k, column)
 
 
-@account_kernel
+@kernels.account_kernel
 def four_accounts(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y of each; sums of the energies."""
     F, along, across, (strain, gravity, power) = account(rows(p), entries(q), entries(v), entries(a), entries(y))
@@ -544,7 +523,7 @@ def four_accounts(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return total(strain), total(gravity), total(power)
 
 
-@damping_kernel
+@kernels.damping_kernel
 def four_dampings(p, t, q, v, w):
     """Sums of the powers of damping."""
     own, mixed = damping(rows(p), entries(q), entries(v), entries(w))

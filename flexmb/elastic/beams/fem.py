@@ -1,40 +1,20 @@
 """Element matrices of a beam, from weak forms with scikit-fem; its shape and section forces from the poses of its ends.
 
-In an element the shear force V is constant, and so is the mean angle -sigma between the axis and the normals of the
-sections; the axis is the cubic of Hermite with the slopes uk - sigma at its ends, sections turn by psi = w' + sigma:
-
-    strain energy   1/2 int E I (w'')^2 ds + 1/2 K sigma^2,     K = L^2 / int ds/(ks G A)
-    least energy    sigma = c1 u1 + c2 u2,   ck = sum_j (kb)jk / (sum_ij (kb)ij + K),   kb of the cubics
-
-For a uniform section c1 = c2 = Phi/(2 (1 + Phi)) with Phi = 12 E I/(ks G A L^2), and the matrices are those of
-J. S. Przemieniecki, Theory of Matrix Structural Analysis, McGraw-Hill 1968, sections 5.6 and 11.6: exact for forces and
-moments on the ends, without locking of thin beams.  For tapered sections V is constant as in the weak form of Hellinger
-and Reissner, like the axial force of `fem`.
-
 Axial     stiffness  1 / int dx/(E A)      mass  int rho A u v dx     linear elements, order (u1, u2)
 Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Hermite elements,
           rotary inertia, on request       int rho I w' v' dx         order (w1, theta1, w2, theta2), theta = w'
 
-The axial stiffness is that of the weak form of Hellinger and Reissner with a constant force in the element, which is
-exact for tapered bars under end loads.  With the linear displacement alone, int E A u' v' dx, tapered bars would be too
-stiff.
-w is positive to the left of the direction of the beam, so theta is counter-clockwise.  Shear is condensed: see `shear`.
-The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
-time loop.
-Equations (2.7) and (2.13) to (2.16) of docs/theory/beam.md.
-
-Shape and forces: in the axes of the chord (length l; L unstressed), with end rotations u1, u2 and s = xi L:
-
-    w(s)   = cubic with w(0) = w(L) = 0, w'(0) = u1 - sigma, w'(L) = u2 - sigma,   sigma = c1 u1 + c2 u2 with shear
-    kappa  = w'' less that of the unstressed element
-    e      = l - l0 + L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
-    N      = axial e
-    M(0)   = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2,   dk = uk - uk0,   gk = de/duk, linear between
-    V      = (M(0) - M(L)) / l
+w is positive to the left of the direction of the beam, so theta is counter-clockwise.  Shear is condensed.  The axial
+stiffness is exact for tapered bars under end loads; with the linear displacement alone, int E A u' v' dx, they would be
+too stiff.  The elements of all beams of a model are assembled in one mesh, never inside the time loop.
 
 (N, V, M) are the forces of the part beyond a section on the part before it: N along the chord, V to its left, M
-counter-clockwise; M > 0 bends the beam to the left, as kappa > 0.  These are the elastic forces, without damping.
-The cubics come from scikit-fem.  Source of N and M: `flexmb.elastic.beams.corotational`.
+counter-clockwise; M > 0 bends the beam to the left, as the curvature kappa > 0.  With kb, dk = uk - uk0, gk = de/duk:
+
+    N = ka e,   M(0) = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2, linear between,   V = (M(0) - M(L))/l
+
+These are the elastic forces, without damping.
+Equations (2.7) and (2.13) to (2.16) of docs/theory/beam.md.
 """
 
 import math
@@ -167,9 +147,8 @@ class BeamMatrices:
 class BeamData:
     """Data of one straight beam that its matrices depend on."""
 
-    # The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
-    # graded meshes need no further code. Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear
-    # not for thick beams: length over height should exceed about 10.
+    # Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear not for thick beams: length over
+    # height should exceed about 10.
     # Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
     # Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
     stations: Array  # (n + 1,) increasing [m]

@@ -1,18 +1,12 @@
 """Mass-proportional damping of an element of a flexible body, on the velocity of deformation: kernels, their numbers.
 
 The body's frame has its origin in the node A and its x axis towards the node B; alpha is the direction from A to B.
-For the nodes k of the element, those that turn first
+For the nodes k of the element, those that turn first, the deformation is dk = R(alpha)^T (xk - xA) and, of a node that
+turns, thetak - alpha (constant parts have no rate).  The force is r = zeta J^T m J v with J = dd/dq, which no rigid
+motion has, and m the consistent mass of the element in the axes of the frame.
 
-Deformation      dk = R(alpha)^T (xk - xA)  and, of a node that turns, thetak - alpha   (constant parts have no rate)
-Its rate         dk_dot = R^T (vk - vA) + alpha_dot D dk,   thetak_dot - alpha_dot,   D = [[0, 1], [-1, 0]]
-Force            r = zeta J^T m J v,   J = d(d)/dq
-Power            zeta d_dot^T m d_dot >= 0
-
-with m the consistent mass of the element in the axes of the body's frame.  Every rigid motion, also of a bent body, has
-d_dot = 0 and is not damped.  The forces are in balance, moments included.
-
-In the axes of the frame, with S v = (vk - vA, thetak_dot), g = (D dk, -1), t = d(alpha)/dq and H = d2(alpha)/dq2,
-J = S + g t^T.  Both tangents follow by the product rule, without omissions.
+In these axes, with S v = (vk - vA, thetak_dot), g = (D dk, -1), D = [[0, 1], [-1, 0]], t = d(alpha)/dq and
+H = d2(alpha)/dq2, J = S + g t^T.  Both tangents follow by the product rule, without omissions.
 Equation (3.10) of docs/theory/inertia.md.  Equation (11.11) of docs/theory/plane_bodies.md.
 """
 
@@ -21,8 +15,9 @@ import math
 import numpy as np
 
 from flexmb.engine.compiled.arrays import stack_vector
-from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+from flexmb.kernels import compiled, element_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
+from flexmb.model.massless import massless
 
 ZETA, TURNING, MASSES = range(3)  # parameters p: damping rate zeta, number of nodes that turn, then m (n, n)
 POINTS = 4  # number of the coordinates of A and B, the first ones
@@ -98,7 +93,7 @@ def balance(p, n, k, l, y):
 
 @compiled
 def put_force(p, q, v, r):
-    """r (n,), and the power of damping."""
+    """r (n,), and energies: nothing stored, the power of damping."""
     g, u, f, n, i = scratch(), scratch(), scratch(), q.shape[0], 0
     l, c, s, _, _, _ = deformation_rate(p, q, v, g, u)
     mass_times(p, n, u, f)
@@ -108,16 +103,7 @@ def put_force(p, q, v, r):
         if end == i + 3:
             r[i + 2] = p[ZETA] * f[i + 2]
         i = end
-    return p[ZETA] * dot(n, u, f)
-
-
-@compiled
-def damping_power(p, q, v):
-    """Power of damping [W]."""
-    g, u, f, n = scratch(), scratch(), scratch(), q.shape[0]
-    deformation_rate(p, q, v, g, u)
-    mass_times(p, n, u, f)
-    return p[ZETA] * dot(n, u, f)
+    return 0.0, 0.0, p[ZETA] * dot(n, u, f)
 
 
 @compiled
@@ -223,22 +209,7 @@ def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     put_tangents(p, q, v, K, C)
 
 
-@force_kernel
-def mass_damping_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (n,) alone."""
-    put_force(p, q, v, r)
-
-
-@energy_kernel
-def mass_damping_energy(p, t, q, v):
-    """Energies: nothing stored, and the power of damping."""
-    return 0.0, 0.0, damping_power(p, q, v)
-
-
-@account_kernel
-def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r (n,), no mass, the power of damping."""
-    return 0.0, 0.0, put_force(p, q, v, r)
+MASS_DAMPING = massless("MASS_DAMPING", globals(), mass_damping_kernel)
 
 
 def damping_element(
@@ -251,7 +222,4 @@ def damping_element(
     for k in (*range(0, 3 * turning, 3), *range(3 * turning, len(mass), 2)):
         turn[k : k + 2, k : k + 2] = [[c, -s], [s, c]]
     p = (float(zeta), float(turning), *(turn @ mass @ turn.T).ravel().tolist())
-    return ElementContribution(
-        part, mass_damping_kernel, coordinates, p,
-        energy=mass_damping_energy, force=mass_damping_force, account=mass_damping_account,
-    )  # fmt: skip
+    return MASS_DAMPING.contribution(part, coordinates, p)

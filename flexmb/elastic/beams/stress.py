@@ -31,10 +31,8 @@ class BeamElements:
 
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added."""
-        # Equation (2.12) of docs/theory/beam.md. Poses x, y, theta of the nodes are (instants, n + 1) [m, rad].
-        # The strains are those with the chord of an element, the shortening of the chord by bending, and the cubic
-        # shape of the corotational element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1,
-        # u2 are the rotations of the axis less those of the unstressed element. Source: as of `beams.corotational`.
+        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element. Poses x, y, theta of
+        # the nodes are (instants, n + 1) [m, rad]. Source: as of `beams.corotational`.
         dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
         chord = np.arctan2(dy, dx)
         u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)

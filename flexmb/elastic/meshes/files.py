@@ -59,7 +59,11 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
     places = {name: np.flatnonzero(np.isin(owners, np.concatenate(own))) for name, own in regions.items()}
     own = {name: nodes[nodes >= 0] for name, nodes in chosen.items() if (nodes >= 0).any()}
     regions_found = {name: cells_of for name, cells_of in places.items() if cells_of.size}
-    return PlaneMesh(points[used], numbers[_upright(points, cells, kind)], kind, own, regions_found, file.name)
+    corners = points[cells[:, : 4 if kind.startswith("quad") else 3]]
+    x, y = np.moveaxis(corners - corners[:, :1], 2, 0)
+    area = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+    upright = np.where(area[:, None] < 0.0, cells[:, TURNED[kind]], cells)  # corners counter-clockwise
+    return PlaneMesh(points[used], numbers[upright], kind, own, regions_found, file.name)
 
 
 def _plane_cells(file: Path, mesh: Any, points: Array) -> tuple[Array, Indices, str, Indices]:
@@ -132,11 +136,3 @@ def _dimension(block: Any) -> int:
 def _name(name: str) -> str:
     """A name as flexmb allows it: without dots, slashes and outer blanks."""
     return name.strip().replace(".", "_").replace("/", "_")
-
-
-def _upright(points: Array, cells: Indices, kind: str) -> Indices:
-    """Cells with counter-clockwise corners."""
-    corners = points[cells[:, : 4 if kind.startswith("quad") else 3]]
-    x, y = np.moveaxis(corners - corners[:, :1], 2, 0)
-    area = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
-    return np.where(area[:, None] < 0.0, cells[:, TURNED[kind]], cells)

@@ -526,15 +526,9 @@ def crank_web(throw: float, eye: float | Pair, hole: float | Pair, size: float, 
 
 
 def _link(
-    label: str,
-    length: float,
-    radii: Pair,
-    holes: Pair,
-    angles: Pair,
-    size: float,
-    kind: str,
+    label: str, length: float, radii: Pair, holes: Pair, angles: Pair, size: float, kind: str,
     fillets: Pair = (0.0, 0.0),
-) -> PlaneMesh:
+) -> PlaneMesh:  # fmt: skip
     """A mesh of two eyes whose shank leaves them at these angles from the axis [rad]."""
     for end, big, small in zip(("start", "end"), radii, holes, strict=True):
         if small >= big:

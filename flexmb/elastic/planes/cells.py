@@ -13,43 +13,20 @@ from typing import Any
 import numpy as np
 
 from flexmb.elastic.meshes.mesh import Materials, PlaneMesh, Thickness, elasticity, numbers_of_cells
-from flexmb.elastic.planes.elements import (
-    COROTATED,
-    FORMULATION,
-    GRAVITY_X,
-    GRAVITY_Y,
-    NODES,
-    PINS,
-    TIE,
-    arms_of_pin,
-    corotated_energy,
-    corotated_force,
-    corotated_tangent,
-    lagrange_energy,
-    lagrange_force,
-    lagrange_tangent,
-    mass_at,
-    matrix_on_coordinates,
-    nodal,
-    node_accelerations,
-    node_places,
-    node_rates,
-    on_coordinates,
-    on_every_coordinate,
-    square,
-    turned_arms,
-)
+from flexmb.elastic.planes import elements
 from flexmb.elastic.planes.forms import cell_masses, cell_stiffness, stiffness_basis
 from flexmb.elastic.planes.pins import Interface
 from flexmb.engine.compiled.arrays import matrix_view
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
 
+nodal = elements.nodal  # scratch vector of the displacements of a cell
+
 
 @fast
 def add_mass_times(p, a, gx, gy, r):
     """r += M (a - g), (2 m,)."""
-    m, at = int(p[NODES]), mass_at(p)
+    m, at = int(p[elements.NODES]), elements.mass_at(p)
     for k in range(m):
         x, y = 0.0, 0.0
         for l in range(m):
@@ -63,22 +40,22 @@ def add_mass_times(p, a, gx, gy, r):
 @fast
 def node_forces(p, x, v, a, r):
     """Forces r (2 m,) on the nodes."""
-    if p[FORMULATION] == COROTATED:
-        corotated_force(p, x, v, r)
+    if p[elements.FORMULATION] == elements.COROTATED:
+        elements.corotated_force(p, x, v, r)
     else:
-        lagrange_force(p, x, v, r)
-    add_mass_times(p, a, p[GRAVITY_X], p[GRAVITY_Y], r)
+        elements.lagrange_force(p, x, v, r)
+    add_mass_times(p, a, p[elements.GRAVITY_X], p[elements.GRAVITY_Y], r)
 
 
 @fast
 def node_tangent(p, x, v, a, kq, kv, ka, r, A):
     """Forces r (2 m,) on the nodes and A = kq K + kv C + ka M (2 m, 2 m)."""
-    if p[FORMULATION] == COROTATED:
-        corotated_tangent(p, x, v, kq, kv, r, A)
+    if p[elements.FORMULATION] == elements.COROTATED:
+        elements.corotated_tangent(p, x, v, kq, kv, r, A)
     else:
-        lagrange_tangent(p, x, v, kq, kv, r, A)
-    add_mass_times(p, a, p[GRAVITY_X], p[GRAVITY_Y], r)
-    m, at = int(p[NODES]), mass_at(p)
+        elements.lagrange_tangent(p, x, v, kq, kv, r, A)
+    add_mass_times(p, a, p[elements.GRAVITY_X], p[elements.GRAVITY_Y], r)
+    m, at = int(p[elements.NODES]), elements.mass_at(p)
     for k in range(m):
         for l in range(m):
             mass = ka * p[at + k * m + l]
@@ -89,43 +66,43 @@ def node_tangent(p, x, v, a, kq, kv, ka, r, A):
 @fast
 def cell_forces(p, q, v, a, r):
     """Forces r (n,) on the coordinates."""
-    if p[PINS] == 0.0:
+    if p[elements.PINS] == 0.0:
         node_forces(p, q, v, a, r)
         return
     arms, x, u, w, f = nodal(), nodal(), nodal(), nodal(), nodal()
-    turned_arms(p, q, arms)
-    node_places(p, q, arms, x)
-    node_rates(p, v, arms, u)
-    node_accelerations(p, v, a, arms, w)
+    elements.turned_arms(p, q, arms)
+    elements.node_places(p, q, arms, x)
+    elements.node_rates(p, v, arms, u)
+    elements.node_accelerations(p, v, a, arms, w)
     node_forces(p, x, u, w, f)
     r[:] = 0.0
-    on_coordinates(p, arms, f, r)
+    elements.on_coordinates(p, arms, f, r)
 
 
 @fast
 def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
     """Forces r (n,) and A = kq K + kv C + ka M (n, n)."""
-    if p[PINS] == 0.0:
+    if p[elements.PINS] == 0.0:
         node_tangent(p, q, v, a, kq, kv, ka, r, A)
         return
-    n = 2 * int(p[NODES])
+    n = 2 * int(p[elements.NODES])
     arms, x, u, w, f = nodal(), nodal(), nodal(), nodal(), nodal()
-    B = matrix_view(square(), n, n)
-    turned_arms(p, q, arms)
-    node_places(p, q, arms, x)
-    node_rates(p, v, arms, u)
-    node_accelerations(p, v, a, arms, w)
+    B = matrix_view(elements.square(), n, n)
+    elements.turned_arms(p, q, arms)
+    elements.node_places(p, q, arms, x)
+    elements.node_rates(p, v, arms, u)
+    elements.node_accelerations(p, v, a, arms, w)
     node_tangent(p, x, u, w, kq, kv, ka, f, B)
     r[:] = 0.0
     A[:, :] = 0.0
-    on_coordinates(p, arms, f, r)
-    matrix_on_coordinates(p, arms, B, A)
-    for pin in range(int(p[PINS])):
+    elements.on_coordinates(p, arms, f, r)
+    elements.matrix_on_coordinates(p, arms, B, A)
+    for pin in range(int(p[elements.PINS])):
         # Tangent of the arms of a turning pin, by forces f, damping and inertia. The latter are linear functions of
         # velocities and accelerations: what they add to forces at rest.
-        n, theta = 2 * int(p[NODES]), 3 * pin + 2
+        n, theta = 2 * int(p[elements.NODES]), 3 * pin + 2
         own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
-        arms_of_pin(p, pin, arms, own)
+        elements.arms_of_pin(p, pin, arms, own)
         along, across = -kq * a[theta] - 2.0 * kv * v[theta], -kq * v[theta] * v[theta]
         for i in range(0, n, 2):
             change[i], change[i + 1] = -kq * v[theta] * own[i], -kq * v[theta] * own[i + 1]
@@ -136,9 +113,9 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
         for i in range(n):
             A[theta, theta] -= kq * own[i] * f[i]
             moving[i] -= still[i]
-        column = on_every_coordinate()
+        column = elements.on_every_coordinate()
         column[:] = 0.0
-        on_coordinates(p, arms, moving, column)
+        elements.on_coordinates(p, arms, moving, column)
         for i in range(A.shape[0]):
             A[i, theta] += column[i]
 
@@ -146,26 +123,29 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
 @fast
 def node_energies(p, x, v):
     """Strain energy, potential of gravity [J], power of damping [W]."""
-    strain, power = corotated_energy(p, x, v) if p[FORMULATION] == COROTATED else lagrange_energy(p, x, v)
-    m, at = int(p[NODES]), mass_at(p)
+    if p[elements.FORMULATION] == elements.COROTATED:
+        strain, power = elements.corotated_energy(p, x, v)
+    else:
+        strain, power = elements.lagrange_energy(p, x, v)
+    m, at = int(p[elements.NODES]), elements.mass_at(p)
     gravity = 0.0
     for k in range(m):
         mass = 0.0
         for l in range(m):
             mass += p[at + k * m + l]
-        gravity -= mass * (p[GRAVITY_X] * x[2 * k] + p[GRAVITY_Y] * x[2 * k + 1])
+        gravity -= mass * (p[elements.GRAVITY_X] * x[2 * k] + p[elements.GRAVITY_Y] * x[2 * k + 1])
     return strain, gravity, power
 
 
 @fast
 def cell_energies(p, q, v):
     """`node_energies` from the coordinates."""
-    if p[PINS] == 0.0:
+    if p[elements.PINS] == 0.0:
         return node_energies(p, q, v)
     arms, x, u = nodal(), nodal(), nodal()
-    turned_arms(p, q, arms)
-    node_places(p, q, arms, x)
-    node_rates(p, v, arms, u)
+    elements.turned_arms(p, q, arms)
+    elements.node_places(p, q, arms, x)
+    elements.node_rates(p, v, arms, u)
     return node_energies(p, x, u)
 
 
@@ -173,15 +153,15 @@ def cell_energies(p, q, v):
 def cell_mass_times(p, q, v, Mv):
     """Mv = M v (n,)."""
     Mv[:] = 0.0
-    if p[PINS] == 0.0:
+    if p[elements.PINS] == 0.0:
         add_mass_times(p, v, 0.0, 0.0, Mv)
         return
     arms, u, f = nodal(), nodal(), nodal()
     f[:] = 0.0
-    turned_arms(p, q, arms)
-    node_rates(p, v, arms, u)
+    elements.turned_arms(p, q, arms)
+    elements.node_rates(p, v, arms, u)
     add_mass_times(p, u, 0.0, 0.0, f)
-    on_coordinates(p, arms, f, Mv)
+    elements.on_coordinates(p, arms, f, Mv)
 
 
 @element_kernel
@@ -234,7 +214,7 @@ class Cells:
         stiffness, masses = cell_stiffness(mesh, material, thickness, state), cell_masses(mesh, material, thickness)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
         gradients = np.stack([np.moveaxis(field.grad, 0, -1) for field, *_ in basis.basis], axis=2)  # (m, q, k, 2)
-        if formulation == COROTATED:
+        if formulation == elements.COROTATED:
             mean = np.einsum("cq,cqkx->ckx", basis.dx / basis.dx.sum(axis=1, keepdims=True), gradients)
             numbers = np.hstack([mean.reshape(m, -1), stiffness.reshape(m, -1)])
         else:
@@ -252,13 +232,9 @@ class Cells:
 
 
 def cell_contributions(
-    part: str,
-    cells: Cells,
-    nodes: Mapping[int, str],
-    pins: Mapping[int, Interface],
-    damping: float,
+    part: str, cells: Cells, nodes: Mapping[int, str], pins: Mapping[int, Interface], damping: float,
     gravity: tuple[float, float],
-) -> list[ElementContribution]:
+) -> list[ElementContribution]:  # fmt: skip
     """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2]."""
     # `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by
     # number of the mesh's nodes that lie on them.
@@ -297,7 +273,7 @@ def ties_of(
 def tie_matrix(ties: list[float], count: int) -> np.ndarray:
     """T = dx/dq (nodes x 2, count) of the ties of a cell with `count` coordinates, in the mesh."""
     found = np.zeros((len(ties) // 2, count))
-    for k, (first, on_pin, x, y) in enumerate(np.reshape(ties, (-1, TIE)).tolist()):
+    for k, (first, on_pin, x, y) in enumerate(np.reshape(ties, (-1, elements.TIE)).tolist()):
         i = int(first)
         found[2 * k : 2 * k + 2, i : i + 2] = np.eye(2)
         if on_pin:

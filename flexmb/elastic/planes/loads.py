@@ -1,14 +1,9 @@
 """Loads on the nodes of a mesh: nodal forces, kernels, contributions.
 
-A force on a node, or the sum of forces f_k on the nodes of a rigid pin with the arms a_k: with beta, the direction of
-the axes in which f is given, and gamma, the angle of the pin,
-
-    F = R(beta) sum f_k,     M = sum R(gamma) a_k x R(beta) f_k = cos(beta - gamma) X + sin(beta - gamma) D
-
-with X = sum a_k x f_k and D = sum a_k . f_k.  Equation (11.12) of docs/theory/plane_bodies.md.
-
-An edge with the places x_l of its nodes and the products P of a pressure and S of a shear: f_k = (P_kl J + S_kl) x_l.
-It is linear in x, so the tangent is constant but for the arms of pins.  Equation (11.13).
+The forces f_k on the nodes of a rigid pin with the arms a_k are one force and one moment, by X = sum a_k x f_k and
+D = sum a_k . f_k.  An edge has the products P of a pressure and S of a shear: f_k = (P_kl J + S_kl) x_l.  It is linear
+in x, so the tangent is constant but for the arms of pins.
+Equations (11.12) and (11.13) of docs/theory/plane_bodies.md.
 """
 
 from __future__ import annotations
@@ -23,20 +18,8 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, edge_rule, numbers_of_cells
+from flexmb.elastic.planes import elements
 from flexmb.elastic.planes.cells import ties_of
-from flexmb.elastic.planes.elements import (
-    FIRST,
-    NODES,
-    ON_PIN,
-    matrix_on_coordinates,
-    nodal,
-    node_places,
-    on_coordinates,
-    on_every_coordinate,
-    square,
-    tie_at,
-    turned_arms,
-)
 from flexmb.elastic.planes.forms import mass_basis
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.errors import InputError
@@ -108,9 +91,8 @@ def loaded_edges(mesh: PlaneMesh, name: str, thickness: Thickness) -> LoadedEdge
 
 def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge."""
-    # A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
-    # shear along the edge has P_kl x_l. Equation (11.13) of docs/theory/plane_bodies.md. The stress is a number [Pa],
-    # or a function of points (p, 2) [m] that returns numbers (p,).
+    # Equation (11.13) of docs/theory/plane_bodies.md. The stress is a number [Pa], or a function of points (p, 2) [m]
+    # that returns numbers (p,).
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
     given = real_values(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress)
     count = edges.places.size // 2
@@ -186,11 +168,11 @@ def node_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 @fast
 def edge_force(p, q, arms, f, r):
     """Arms, forces f (2 m,), residual r (n,) of an edge."""
-    x = nodal()
-    turned_arms(p, q, arms)
-    node_places(p, q, arms, x)
+    x = elements.nodal()
+    elements.turned_arms(p, q, arms)
+    elements.node_places(p, q, arms, x)
     # Forces f (2 m,) on the nodes of an edge at the places x (2 m,)
-    m = int(p[NODES])
+    m = int(p[elements.NODES])
     for k in range(m):
         fx, fy = 0.0, 0.0
         for l in range(m):
@@ -199,31 +181,31 @@ def edge_force(p, q, arms, f, r):
             fx += along * x[2 * l] - normal * x[2 * l + 1]
             fy += along * x[2 * l + 1] + normal * x[2 * l]
         f[2 * k], f[2 * k + 1] = fx, fy
-    for i in range(2 * int(p[NODES])):
+    for i in range(2 * m):
         f[i] = -f[i]
     for i in range(r.shape[0]):
         r[i] = 0.0
-    on_coordinates(p, arms, f, r)
+    elements.on_coordinates(p, arms, f, r)
 
 
 @fast
 def edge_tangent(p, q, r, K):
     """Residual r (n,) and tangent K (n, n) of an edge."""
-    arms, f = nodal(), nodal()
+    arms, f = elements.nodal(), elements.nodal()
     edge_force(p, q, arms, f, r)
-    m = int(p[NODES])
-    B = matrix_view(square(), 2 * m, 2 * m)
+    m = int(p[elements.NODES])
+    B = matrix_view(elements.square(), 2 * m, 2 * m)
     for k in range(m):
         for l in range(m):
             at = PRODUCTS + PAIR * (k * m + l)
             normal, along = p[at + P], p[at + S]
             B[2 * k, 2 * l], B[2 * k, 2 * l + 1] = -along, normal
             B[2 * k + 1, 2 * l], B[2 * k + 1, 2 * l + 1] = -normal, -along
-    matrix_on_coordinates(p, arms, B, K)
+    elements.matrix_on_coordinates(p, arms, B, K)
     for k in range(m):
-        tie = tie_at(p, k)
-        if p[tie + ON_PIN] > 0.0:
-            theta = int(p[tie + FIRST]) + 2
+        tie = elements.tie_at(p, k)
+        if p[tie + elements.ON_PIN] > 0.0:
+            theta = int(p[tie + elements.FIRST]) + 2
             K[theta, theta] -= arms[2 * k] * f[2 * k] + arms[2 * k + 1] * f[2 * k + 1]
 
 
@@ -233,12 +215,12 @@ def edge_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     edge_tangent(p, q, r, K)
 
 
-@fast
-def total(p, q, v):
-    """Force along x or y, or power, of all elements of a load."""
+@signal_kernel
+def mesh_load_signal(p, t, q, v, a):
+    """Force along x or y, or power, of a load; p: 1 for edges, then n, size and p of each element, number of signal."""
     last = p.shape[0] - 1
     on_edges, number, at, first, found = p[ON_EDGES] > 0.0, int(p[last]), FIRST_ELEMENT, 0, 0.0
-    arms, f, r = nodal(), nodal(), on_every_coordinate()
+    arms, f, r = elements.nodal(), elements.nodal(), elements.on_every_coordinate()
     while at < last:
         n, begin = int(p[at + COORDINATES]), at + NUMBERS
         end = begin + int(p[at + SIZE])
@@ -251,18 +233,12 @@ def total(p, q, v):
             for i in range(n):
                 found -= rows[i] * v[first + i]
         elif on_edges:
-            for k in range(int(own[NODES])):
+            for k in range(int(own[elements.NODES])):
                 found -= f[2 * k + number]
         else:
             found -= rows[number]
         at, first = end, first + n
     return found
-
-
-@signal_kernel
-def mesh_load_signal(p, t, q, v, a):
-    """Force along x or y, or power, of a load; p: 1 for edges, then n, size and p of each element, number of signal."""
-    return total(p, q, v)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,17 +1,13 @@
-"""Pins of plane bodies: nodes tied to a point with a rotation, rigidly or in the mean.
+"""Pins of plane bodies: nodes tied to a point with a rotation, rigidly (RBE2) or in the mean (RBE3).
 
 With weights w (sum 1), arms r_k of the nodes from the pin in the mesh, their mean c = sum w r_k and s_k = r_k - c:
 
     x_pin = sum w x_k - R c,     sum w (R s_k) x x_k = 0
 
-R = R(theta) is the rotation that fits the nodes best in the sense of least squares.  No stiffness is added.
+R = R(theta) is the rotation that fits the nodes best in the sense of least squares.  No stiffness is added.  The
+weights are the lengths of the boundary that belong to the nodes.
 Source: R. D. Cook et al., Concepts and Applications of Finite Element Analysis, 4th ed., Wiley 2002, section 13.2
 (constraint equations); the rotation by least squares is Horn's, J. Opt. Soc. Am. A 4 (1987) 629-642, in the plane.
-
-rigid     (RBE2)  u_k = u_p + theta_p J (X_k - X_p)           the set moves as a rigid body: too stiff
-averaged  (RBE3)  u_p, theta_p minimise  sum_k w_k |u_k - u_p - theta_p J (X_k - X_p)|^2      the set deforms: too soft
-
-J turns by 90 degrees counter-clockwise.  The weights w_k are the lengths of the boundary that belong to the nodes.
 Equations (11.6), (11.7) and (11.9) of docs/theory/plane_bodies.md.
 """
 

@@ -159,9 +159,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
 def stress_operator(mesh: PlaneMesh, material: Materials, state: str = STRESS) -> csr_array:
     """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node."""
-    # A node between two regions has the mean of both materials; the state is "stress" or "strain". Stresses at nodes of
-    # the boundary converge with one order less than those inside. At sharp inner corners they grow without limit as the
-    # mesh becomes finer.
+    # A node between two regions has the mean of both materials; the state is "stress" or "strain".
     areas, _ = areas_and_means(mesh.points, mesh.cells, mesh.kind)
     shares = areas[:, None] / around_nodes(mesh.cells, areas, len(mesh.points))[mesh.cells]
     slopes = gradients_at_nodes(mesh.points, mesh.cells, mesh.kind) * shares[:, :, None, None]

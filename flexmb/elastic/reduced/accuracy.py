@@ -139,7 +139,8 @@ class Comparison:
         if self.model.stresses is None:
             stress, wrong = np.full(len(sizes), math.nan), np.full(len(sizes), math.nan)
         else:
-            stress, wrong = (_largest(self.model.stresses(found)) for found in (full, own - full))
+            stresses = (np.moveaxis(self.model.stresses(found), 2, 0) for found in (full, own - full))
+            stress, wrong = (von_mises(one).max(axis=1) for one in stresses)
         columns = (found.tolist() for found in (sizes, errors, stress, wrong))
         rows = zip(*columns, strict=True)
         return [LoadAccuracy(size, _over(error, size), of, _over(off, of)) for size, error, of, off in rows]
@@ -166,18 +167,11 @@ def accuracy(
         holding = ", ".join(given)
     forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in loads.items()}
     supported = Comparison(found, element, fixed)
-    return Accuracy(
-        model.label,
-        found.vibrations,
-        found.shapes.shape[1],
-        model.stiffness.shape[0],
-        holding,
-        Comparison(found, element, []).frequencies(count),
-        supported.frequencies(count),
-        supported.compliance_error(),
-        dict(zip(forces, supported.under(np.stack(list(forces.values()), axis=1)), strict=True)),
-        float(found.held[found.vibrations]) if len(found.held) > found.vibrations else math.inf,
-    )
+    free, held_ones = (one.frequencies(count) for one in (Comparison(found, element, []), supported))
+    under = dict(zip(forces, supported.under(np.stack(list(forces.values()), axis=1)), strict=True))
+    left = float(found.held[found.vibrations]) if len(found.held) > found.vibrations else math.inf
+    sizes = found.vibrations, found.shapes.shape[1], model.stiffness.shape[0]
+    return Accuracy(model.label, *sizes, holding, free, held_ones, supported.compliance_error(), under, left)
 
 
 def _forces(model: ElasticModel, name: str, load: Load) -> Array:
@@ -203,11 +197,6 @@ def _lengths(model: ElasticModel, displacements: Array) -> Array:
     """(k,) largest displacements of the points."""
     moved = np.asarray(model.shape @ displacements)
     return np.asarray(np.hypot(moved[0::2], moved[1::2]).max(axis=0))
-
-
-def _largest(stresses: Array) -> Array:
-    """(k,) largest von Mises stresses of stresses (nodes, 4, k)."""
-    return np.asarray(von_mises(np.moveaxis(stresses, 2, 0)).max(axis=1))
 
 
 def _shown(error: float) -> str:

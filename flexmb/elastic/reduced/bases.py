@@ -2,18 +2,10 @@
 
 Every third of the vibrations makes a node (x, y, theta) of the reduced body: two amplitudes are displacements of the
 node against the mean of the pins, the third is its rotation against that of the first pin.  So rigid motions are those
-of nodes, and the basis holds them.  Places are compared with places, angles with an angle: steps that turn a body give
-them different velocities.  Shortening takes the added nodes along with the pins.
+of nodes, and the basis holds them.  Shortening takes the added nodes along with the pins.
 
-    Psi = [Psi_s - Phi A R,  Phi A],   Psi_s = [1; -K_ii^-1 K_ib],   K_ii phi = omega^2 M_ii phi
-
-R : rigid motion of the added nodes by the pins;  A : amplitudes by their scale.
-
-On request a node for the static shapes of the own inertia comes first, Phi_z = K_ii^-1 M_i x for unit accelerations
-along x, along y and about the first pin.  The static shape of a steady rotation about the first pin, the fourth of
-these (a turn about another point adds uniform accelerations), and those of given loads f, K_ii^-1 f_i, precede the
-vibrations.
-Vibrations then have no static part of these: phi - Phi_z c.
+On request a node for the static shapes of the own inertia comes first.  The static shape of a steady rotation about the
+first pin and those of given loads precede the vibrations, which then have no static part of these.
 Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
 """
 

@@ -5,36 +5,19 @@ has the angle theta_f, its axes are those of the reference configuration.  In th
 
     w, alpha            velocities and accelerations (less gravity) of the nodes
     d                   deformation: poses of the nodes against the frame, less those of the undeformed body
+    e = d + c(d)        with the shortening by bending c, the sum of l_a (1/2 d Q_a d) over some directions l_a
     u = rho + S d       d d/d theta_f = -u;  rho = (-Y, X, 1) at each node,  S: (x, y, theta) -> (-y, x, 0)
     g                   theta_f by the coordinates:  theta_f' = g w
+    F, f, E             forces on the nodes and on theta_f, r = F + g f; elastic forces of V = 1/2 e K e
 
-The displacements of the body are Psi d, its velocities Psi w + theta_f' (J Psi - Psi S) d =: Psi w + theta_f' Phi d,
-which is exact for any rigid motion, since Psi holds all rigid motions.  With the products
-
-    M = Psi' m Psi,  G = Psi' m Phi,  H = Phi' m Phi,  P = Psi' m J Phi
-
-virtual work of inertia gives, with s = d' + w,
-
-    F = M alpha + theta_f'' G d + theta_f' G s + theta_f'^2 P d + E          on the nodes
-    f = d (G' alpha + theta_f'' H d + theta_f' H s) - u E                      on theta_f;    r = F + g f
-
-Elastic forces E come from V = 1/2 e K e with e = d + c(d), where c is the shortening by bending: the sum of
-l_a (1/2 d Q_a d) over some directions l_a.
-Damping gives e' D e'.  Centrifugal stiffening subtracts 1/2 theta_f'^2 d Kc d from the kinetic energy.
-Source: derived here; the terms are those of J. Zwoelfer, J. Gerstmayr, Multibody Syst. Dyn. 51 (2021) 477 in other
-coordinates; the reference stresses of O. Wallrapp, R. Schwertassek, Int. J. Numer. Meth. Engng 32 (1991) 1833.
-With a shift of coordinates by e_j, of velocities by kv/kq e_j and of accelerations by ka/kq e_j, in the axes of the
-frame, theta_f and its rates change by
-
-    tau = kq g,   sigma = kv g + kq g',   psi = ka g + 2 kv g' + kq g''
-
-and d by kq e_j - tau u, w by kv e_j - tau S w, alpha by ka e_j - tau S alpha, d' by kv e_j - tau S w - sigma u
-- theta_f' S (kq e_j - tau u).  So the tangent is a combination of constant matrices and products of two vectors.
-Elastic forces E change by Z d + B d', with the damping matrix K_z = zeta K + D of e and J = de/dd:
+The tangent is a combination of constant matrices and products of two vectors.  Elastic forces E change by Z d + B d',
+with the damping matrix K_z = zeta K + D of e and J = de/dd:
 
     B = J' K_z J,   Z = J' K J + sum over l_a of (l_a (K e + K_z e')) Q_a + (J' K_z l_a) (Q_a d')'
 
-Equations (12.1) to (12.16) of docs/theory/reduced.md.
+Source: derived here; the terms are those of J. Zwoelfer, J. Gerstmayr, Multibody Syst. Dyn. 51 (2021) 477 in other
+coordinates; the reference stresses of O. Wallrapp, R. Schwertassek, Int. J. Numer. Meth. Engng 32 (1991) 1833.
+Equations (12.1) to (12.16) of docs/theory/reduced.md, whose names of matrices and changes these are.
 """
 
 import math

@@ -176,27 +176,12 @@ class BeamModel:
 
     def model(self) -> ElasticModel:
         """The elastic model."""
-        points, shape, mass = self._samples()
-        turn_shape, turn_inertia = self._turns()
-        drawn, drawn_by = self._outline()
+        body, stiffness = self.body, self._assembled(element.stiffness() for element in self.elements)
+        stresses = self._stresses if all(knows_stress(beam.section) for beam in body.beams) else None
         return ElasticModel(
-            self.body.label,
-            self.pins,
-            self._assembled(element.stiffness() for element in self.elements),
-            points,
-            shape,
-            mass,
-            turn_shape,
-            turn_inertia,
-            self._stress_stiffness,
-            self.body.damping,
-            self.origin,
-            self.direction,
-            drawn,
-            drawn_by,
-            self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
-            mass_damping=self.body.mass_damping,
-        )
+            body.label, self.pins, stiffness, *self._samples(), *self._turns(), self._stress_stiffness, body.damping,
+            self.origin, self.direction, *self._outline(), stresses, body.mass_damping,
+        )  # fmt: skip
 
     def _elements(self) -> Iterator[Element]:
         """All elements."""
@@ -324,24 +309,13 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
         operator = stress_operator(body.mesh, body.material, body.state)
         return np.asarray(np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1))
 
+    nodes, mass = tuple(Node(interface.name, *interface.point, 0.0) for interface in kept), body.matrices.scalar_mass
+    inner, no_turns = (shape.T @ stiffness @ shape).tocsc(), (sp.csr_matrix((1, shape.shape[1])), sp.csr_matrix((1, 1)))
+    drawn = mesh_shape(body.name, body.mesh, body.material, body.state)
     return ElasticModel(
-        body.label,
-        tuple(Node(interface.name, *interface.point, 0.0) for interface in kept),
-        (shape.T @ stiffness @ shape).tocsc(),
-        body.mesh.points,
-        shape,
-        sp.csr_matrix(body.matrices.scalar_mass),
-        sp.csr_matrix((1, shape.shape[1])),
-        sp.csr_matrix((1, 1)),
-        stress_stiffness,
-        body.damping,
-        body.origin,
-        body.direction,
-        mesh_shape(body.name, body.mesh, body.material, body.state),
-        shape,
-        stresses,
-        body.mass_damping,
-    )
+        body.label, nodes, inner, body.mesh.points, shape, sp.csr_matrix(mass), *no_turns, stress_stiffness,
+        body.damping, body.origin, body.direction, drawn, shape, stresses, body.mass_damping,
+    )  # fmt: skip
 
 
 # What a reduced body asks of the body with all its nodes, by its class

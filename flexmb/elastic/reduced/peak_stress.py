@@ -15,23 +15,12 @@ import math
 import numpy as np
 
 from flexmb.elastic.planes.stress import von_mises_square
-from flexmb.elastic.reduced.kernel import (
-    COUNT,
-    DIRECTIONS,
-    MOST,
-    QD,
-    T1,
-    T2,
-    deformation,
-    direction,
-    frame_of,
-    shortened,
-)
+from flexmb.elastic.reduced import kernel
 from flexmb.engine.compiled.arrays import part_of, stack_matrix, stack_space, stack_vector
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 
-scratch = stack_matrix(QD + MOST, MOST)
+scratch = stack_matrix(kernel.QD + kernel.MOST, kernel.MOST)
 LANES = 16  # number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side
 
 # Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
@@ -112,14 +101,14 @@ def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
 @fast
 def largest_stress(p, q, least, x):
     """Largest nodal von Mises stress, and the number of its node; zeros where it is surely not above `least`."""
-    n, S = int(p[COUNT]), side_by_side()
-    e, y = part_of(x[T1], 0, n), part_of(x[T2], 0, n)
-    c, s, angle, _ = frame_of(p, q)
-    deformation(p, q, c, s, angle, x)
+    n, S = int(p[kernel.COUNT]), side_by_side()
+    e, y = part_of(x[kernel.T1], 0, n), part_of(x[kernel.T2], 0, n)
+    c, s, angle, _ = kernel.frame_of(p, q)
+    kernel.deformation(p, q, c, s, angle, x)
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
-    shortened(p, x, e, y)
-    begin = direction(p, int(p[DIRECTIONS]))  # behind the parameters of the element
+    kernel.shortened(p, x, e, y)
+    begin = kernel.direction(p, int(p[kernel.DIRECTIONS]))  # behind the parameters of the element
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
     blocks, step = -(-groups // LANES), LANES * n + n * size
     of_blocks, bounds = stack_space(blocks), stack_space(groups)

@@ -1,17 +1,7 @@
 """Matrices of a reduced body (mass, stiffness, geometric stiffness K_G: `_reduced_stiffness`), loads on its mesh.
 
-In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges:
-
-    dead       (c0, c1) = (cos, -sin) of theta_f less the angle of the axes in which f is given
-    follower   (c0, c1) = (cos, sin) of the rotation of the first pin against the frame
-    edges      (c0, c1) = (1, 0)
-
-Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.elastic.reduced.kernel`), and with
-the geometric stiffness N0 of f and N1 of J f with all pins held, N = c0 N0 + c1 N1, gives
-
-    F = c0 Psi' f + c1 Psi' J f + Psi' A d - N d
-    m = d (c0 Phi' f + c1 Phi' J f + Phi' A d) + u N d;    r = -(F + g m)
-
+In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges;
+N = c0 N0 + c1 N1 is the geometric stiffness of their stress with all pins held.
 Equations (12.22) to (12.24) of docs/theory/reduced.md.
 """
 
@@ -27,27 +17,8 @@ import scipy.linalg as la
 from flexmb import checks
 from flexmb.elastic.planes.loads import POWER, SIGNALS, NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody
+from flexmb.elastic.reduced import kernel
 from flexmb.elastic.reduced.bases import Basis, frame_weights, require_room, rigid_motions
-from flexmb.elastic.reduced.kernel import (
-    BY_PIN,
-    COUNT,
-    FIRST,
-    HEAD,
-    MOST,
-    D,
-    G,
-    U,
-    add,
-    deformation,
-    dot,
-    frame_of,
-    from_frame,
-    gradient,
-    scratch,
-    times,
-    to_world,
-    turned,
-)
 from flexmb.engine.compiled.arrays import block_of, part_of, row_of, stack_matrix
 from flexmb.errors import InputError
 from flexmb.kernels import element_kernel, fast, signal_kernel
@@ -68,19 +39,19 @@ OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
 # Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd, N d and
 # its change with that angle, work; their number.
 FORCE, ON_TURN, D_FORCE, D_TURN, BY_D, ND, ND_CHANGE, WORK, ROWS = range(9)
-second_scratch = stack_matrix(ROWS, MOST)
+second_scratch = stack_matrix(ROWS, kernel.MOST)
 
 
 @fast
 def vector(p, k):
     """Index in p of the first entry of a vector of the load."""
-    return HEAD + (2 + k) * int(p[COUNT])
+    return kernel.HEAD + (2 + k) * int(p[kernel.COUNT])
 
 
 @fast
 def matrix(p, k):
     """Index in p of the first entry of a matrix (n, n): of N0 and N1, or of Psi' A and Phi' A behind them."""
-    n = int(p[COUNT])
+    n = int(p[kernel.COUNT])
     return vector(p, VECTORS) + k * n * n
 
 
@@ -102,8 +73,8 @@ def directions(p, q, angle):
 @fast
 def combined(p, c0, c1, x, y):
     """Fill F, Phi' of the forces, N d and its change; return m."""
-    n = int(p[COUNT])
-    d, u, force, on_turn = row_of(x, D, n), row_of(x, U, n), row_of(y, FORCE, n), row_of(y, ON_TURN, n)
+    n = int(p[kernel.COUNT])
+    d, u, force, on_turn = row_of(x, kernel.D, n), row_of(x, kernel.U, n), row_of(y, FORCE, n), row_of(y, ON_TURN, n)
     nd, change, work = row_of(y, ND, n), row_of(y, ND_CHANGE, n), row_of(y, WORK, n)
     f, jf, turn_f, turn_jf = vector(p, OF_F), vector(p, OF_JF), vector(p, TURN_F), vector(p, TURN_JF)
     for i in range(n):
@@ -111,30 +82,30 @@ def combined(p, c0, c1, x, y):
         nd[i], change[i] = 0.0, 0.0
     if p[KIND] == EDGES:
         at = edge_matrices(p)
-        times(block_of(p, matrix(p, at), n, n), d, work)
-        add(1.0, work, force)
-        times(block_of(p, matrix(p, at + 1), n, n), d, work)
-        add(1.0, work, on_turn)
+        kernel.times(block_of(p, matrix(p, at), n, n), d, work)
+        kernel.add(1.0, work, force)
+        kernel.times(block_of(p, matrix(p, at + 1), n, n), d, work)
+        kernel.add(1.0, work, on_turn)
     if p[STIFFENS] != 0.0:
-        times(block_of(p, matrix(p, 0), n, n), d, nd)
-        times(block_of(p, matrix(p, 1), n, n), d, work)
+        kernel.times(block_of(p, matrix(p, 0), n, n), d, nd)
+        kernel.times(block_of(p, matrix(p, 1), n, n), d, work)
         for i in range(n):
             nd[i], change[i] = c0 * nd[i] + c1 * work[i], c0 * work[i] - c1 * nd[i]
-        add(-1.0, nd, force)
-    return dot(d, on_turn) + dot(u, nd)
+        kernel.add(-1.0, nd, force)
+    return kernel.dot(d, on_turn) + kernel.dot(u, nd)
 
 
 @fast
 def load_force(p, q, x, y, r):
     """Residual r (n,); F + g m is left in FORCE.  Cosine and sine of the frame, c0, c1 and m are returned."""
-    c, s, angle, size = frame_of(p, q)
-    n = deformation(p, q, c, s, angle, x)
+    c, s, angle, size = kernel.frame_of(p, q)
+    n = kernel.deformation(p, q, c, s, angle, x)
     c0, c1 = directions(p, q, angle)
     m = combined(p, c0, c1, x, y)
-    gradient(p, 1.0 / size, x)
+    kernel.gradient(p, 1.0 / size, x)
     force = row_of(y, FORCE, n)
-    add(m, row_of(x, G, n), force)
-    from_frame(c, s, force, part_of(r, 0, n))
+    kernel.add(m, row_of(x, kernel.G, n), force)
+    kernel.from_frame(c, s, force, part_of(r, 0, n))
     for i in range(n):
         r[i] = -r[i]
     return c, s, c0, c1, m
@@ -143,8 +114,9 @@ def load_force(p, q, x, y, r):
 @fast
 def changes(p, c0, c1, x, y):
     """Fill changes of F and of Phi' of the forces with the angle of (c0, c1), and dm/dd."""
-    n = int(p[COUNT])
-    d, on_turn, by_d, change = row_of(x, D, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, ND_CHANGE, n)
+    n = int(p[kernel.COUNT])
+    d, on_turn = row_of(x, kernel.D, n), row_of(y, ON_TURN, n)
+    by_d, change = row_of(y, BY_D, n), row_of(y, ND_CHANGE, n)
     f, jf, turn_f, turn_jf = vector(p, OF_F), vector(p, OF_JF), vector(p, TURN_F), vector(p, TURN_JF)
     for i in range(n):
         y[D_FORCE, i] = c0 * p[jf + i] - c1 * p[f + i] - change[i]
@@ -157,8 +129,8 @@ def changes(p, c0, c1, x, y):
                 by_d[j] += C[i, j] * d[i]
     if p[STIFFENS] != 0.0:
         nu, quarter = row_of(y, WORK, n), row_of(y, ON_TURN, n)
-        of_stiffness(p, c0, c1, row_of(x, U, n), nu, quarter)
-        turned(row_of(y, ND, n), quarter)
+        of_stiffness(p, c0, c1, row_of(x, kernel.U, n), nu, quarter)
+        kernel.turned(row_of(y, ND, n), quarter)
         for j in range(n):
             by_d[j] += nu[j] - quarter[j]
 
@@ -167,8 +139,8 @@ def changes(p, c0, c1, x, y):
 def of_stiffness(p, c0, c1, vector_in, target, work):
     """Set target = N x."""
     n = target.shape[0]
-    times(block_of(p, matrix(p, 0), n, n), vector_in, target)
-    times(block_of(p, matrix(p, 1), n, n), vector_in, work)
+    kernel.times(block_of(p, matrix(p, 0), n, n), vector_in, target)
+    kernel.times(block_of(p, matrix(p, 1), n, n), vector_in, work)
     for i in range(n):
         target[i] = c0 * target[i] + c1 * work[i]
 
@@ -178,10 +150,10 @@ def load_tangent(p, q, x, y, r, K):
     """Residual r (n,) and tangent K (n, n)."""
     c, s, c0, c1, m = load_force(p, q, x, y, r)
     changes(p, c0, c1, x, y)
-    n, kind, stiffens, at = int(p[COUNT]), p[KIND], p[STIFFENS] != 0.0, edge_matrices(p)
-    d, u, g = row_of(x, D, n), row_of(x, U, n), row_of(x, G, n)
+    n, kind, stiffens, at = int(p[kernel.COUNT]), p[KIND], p[STIFFENS] != 0.0, edge_matrices(p)
+    d, u, g = row_of(x, kernel.D, n), row_of(x, kernel.U, n), row_of(x, kernel.G, n)
     sf, by_d, bu, work = row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, ND, n), row_of(y, WORK, n)
-    turned(row_of(y, FORCE, n), sf)
+    kernel.turned(row_of(y, FORCE, n), sf)
     for i in range(n):
         bu[i] = 0.0
     if stiffens:
@@ -189,10 +161,10 @@ def load_tangent(p, q, x, y, r, K):
     for i in range(n):
         sf[i] += bu[i]
     if kind == EDGES:
-        times(block_of(p, matrix(p, at), n, n), u, bu)
-        add(-1.0, bu, sf)
-    by_angle = dot(d, row_of(y, D_TURN, n)) + dot(u, row_of(y, ND_CHANGE, n))
-    by_u, curved = dot(u, by_d), 0.0 if p[BY_PIN] != 0.0 else m
+        kernel.times(block_of(p, matrix(p, at), n, n), u, bu)
+        kernel.add(-1.0, bu, sf)
+    by_angle = kernel.dot(d, row_of(y, D_TURN, n)) + kernel.dot(u, row_of(y, ND_CHANGE, n))
+    by_u, curved = kernel.dot(u, by_d), 0.0 if p[kernel.BY_PIN] != 0.0 else m
     for j in range(n):
         turn = 0.0 if kind == EDGES else -g[j]
         if kind == FOLLOWER and j == 2:
@@ -201,7 +173,7 @@ def load_tangent(p, q, x, y, r, K):
         for i in range(n):
             K[i, j] = -(turn * y[D_FORCE, i] + sf[i] * g[j] + g[i] * dm)
     add_matrices(p, c0, c1, K)
-    to_world(c, s, K)
+    kernel.to_world(c, s, K)
 
 
 @fast
@@ -231,28 +203,22 @@ def curve(g, i, m):
 @element_kernel
 def reduced_load_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Load on the mesh of a reduced body; q, r (n,), K (n, n)."""
-    load_tangent(p, q, scratch(), second_scratch(), r, K)
+    load_tangent(p, q, kernel.scratch(), second_scratch(), r, K)
 
 
-@fast
-def total(p, q, v, x, y):
-    """Force along x or y, or power, by the last parameter."""
-    n, last = int(p[COUNT]), p.shape[0] - 1
+@signal_kernel
+def reduced_load_signal(p, t, q, v, a):
+    """Force along x or y, or power; p: that of the element, then the number of the signal."""
+    y, n, last = second_scratch(), int(p[kernel.COUNT]), p.shape[0] - 1
     number = int(p[last])
     r, found = row_of(y, D_FORCE, n), 0.0
-    load_force(p, q, x, y, r)
+    load_force(p, q, kernel.scratch(), y, r)
     for i in range(0, n, 3):
         if number == POWER:
             found -= r[i] * v[i] + r[i + 1] * v[i + 1] + r[i + 2] * v[i + 2]
         else:
             found -= r[i + number]
     return found
-
-
-@signal_kernel
-def reduced_load_signal(p, t, q, v, a):
-    """Force along x or y, or power; p: that of the element, then the number of the signal."""
-    return total(p, q, v, scratch(), second_scratch())
 
 
 # Constant matrices of a reduced body, and the parameters of its element
@@ -380,7 +346,7 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     first = np.array([model.pins[0].x, model.pins[0].y])
     centrifugal = stiffness_under(found, model.force_of(model.points - first))
     inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
-    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
+    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, kernel.FIRST :]
     if not static.shape[1]:
         return centrifugal, np.zeros((0, n, n))
     stiff = np.stack([_reduced_stiffness(found, column, free) for column in static.T])
@@ -398,7 +364,7 @@ def _directions(found: Basis, shortening: Array) -> Array:
     U, sizes, V = la.svd(shortening.reshape(m, n * n), full_matrices=False)
     kept = sizes > ROUND_OFF * sizes[0]
     along = np.zeros((int(kept.sum()), n))
-    along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
+    along[:, kernel.FIRST : kernel.FIRST + m] = (U[:, kept] * sizes[kept]).T
     along[:, pins:] += along[:, :pins] @ found.followed.T
     return np.concatenate([along[:, None], V[kept].reshape(-1, n, n)], axis=1)
 
@@ -433,8 +399,8 @@ def load_contributions(body: Reduced, name: str, load: NodalLoad, history: Motio
     if load.edges:
         moved = load.edges.matrix(len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
-    head = [0.0] * HEAD
-    head[COUNT], head[BY_PIN], head[KIND] = float(shapes.shape[1]), float(body.element.by_pin), kind
+    head = [0.0] * kernel.HEAD
+    head[kernel.COUNT], head[kernel.BY_PIN], head[KIND] = float(shapes.shape[1]), float(body.element.by_pin), kind
     head[ANGLE], head[STIFFENS] = found.model.direction, float(body.stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
     signals = signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES)

@@ -208,16 +208,9 @@ class FilmResult(NamedTuple):
 
 
 def solve_film(
-    eps: float,
-    a: float,
-    b: float,
-    ratio: float,
-    *,
-    from_widest: bool = True,
-    pad: tuple[float, float] | None = None,
-    cells: int = CELLS,
-    layers: int = LAYERS,
-) -> FilmResult:
+    eps: float, a: float, b: float, ratio: float, *, from_widest: bool = True, pad: tuple[float, float] | None = None,
+    cells: int = CELLS, layers: int = LAYERS,
+) -> FilmResult:  # fmt: skip
     """Film at the rates a and b of a bearing with width over diameter `ratio`."""
     # `from_widest`: the oil is supplied at the widest gap, where p = 0; else it is supplied everywhere, and p = 0 where
     # the gap widens most. `pad`: theta at the begin of the part between two grooves, and its angle; p = 0 at both ends.

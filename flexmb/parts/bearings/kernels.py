@@ -7,31 +7,10 @@ Equations (15.5) and (15.7) of docs/theory/films.md.
 """
 
 import math
-from typing import Any
 
-from flexmb.kernels import (
-    account_kernel,
-    compiled,
-    element_kernel,
-    energy_kernel,
-    force_kernel,
-    rebound,
-    signal_kernel,
-    tangent_kernel,
-)
-from flexmb.model.contributions import ElementKernels
-from flexmb.parts.bearings.film import (
-    PADS,
-    PEAK,
-    SIDE,
-    TABLE,
-    film_force,
-    film_pressure,
-    pads_force,
-    pads_scalar,
-    table_force,
-    table_scalar,
-)
+from flexmb import kernels
+from flexmb.model.massless import massless
+from flexmb.parts.bearings import film
 from flexmb.parts.joints.contact_point import arms_of
 
 # Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
@@ -43,7 +22,7 @@ OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8, 13)
 KEPT = 0.5
 
 
-@compiled
+@kernels.compiled
 def relative(p, q, v):
     """Arms of both points, eccentricity, rates u beside the mean spin, that spin; length and direction n of the former.
 
@@ -58,7 +37,7 @@ def relative(p, q, v):
     return ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny
 
 
-@compiled
+@kernels.compiled
 def thickness(h, height):
     """Thickness of the film at a gap h and its derivative; below the roughness `height` it nears `KEPT` of it."""
     if h >= height:
@@ -68,7 +47,7 @@ def thickness(h, height):
     return least + (height - least) * fall, fall
 
 
-@compiled
+@kernels.compiled
 def eccentricity(p, size):
     """Eccentricity over the clearance and its derivative; a film thinner than the roughness nears `KEPT` of it."""
     c = p[CLEARANCE]
@@ -76,7 +55,7 @@ def eccentricity(p, size):
     return size / c if c - size >= p[HEIGHT] else 1.0 - h / c, fall / c
 
 
-@compiled
+@kernels.compiled
 def force(p, turn, size, nx, ny, ux, uy):
     """Force on the journal along n and t, its derivatives by the eccentricity, a and b; a and b; derivatives by `turn`.
 
@@ -86,18 +65,18 @@ def force(p, turn, size, nx, ny, ux, uy):
     eps, eps_e = eccentricity(p, size)
     a, b = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
     Fr_w, Ft_w = 0.0, 0.0
-    if p[KIND] == PADS:
+    if p[KIND] == film.PADS:
         widest = math.atan2(-ny, -nx) - turn
-        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, Fr_w, Ft_w = pads_force(p, eps, a, b, widest)
-    elif p[KIND] == TABLE:
-        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = table_force(p, eps, a, b)
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, Fr_w, Ft_w = film.pads_force(p, eps, a, b, widest)
+    elif p[KIND] == film.TABLE:
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film.table_force(p, eps, a, b)
     else:
-        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film_force(p[KIND], p[EXTENT], eps, a, b)
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film.film_force(p[KIND], p[EXTENT], eps, a, b)
     Fr_e, Ft_e = eps_e * Fr_e, eps_e * Ft_e
     return S * Fr, S * Ft, S * Fr_e, S * Ft_e, S * Fr_a, S * Fr_b, S * Ft_a, S * Ft_b, a, b, -S * Fr_w, -S * Ft_w
 
 
-@compiled
+@kernels.compiled
 def mean_force(p, turn, size, nx, ny, x, y):
     """Mean of the force at the rates (x, y) and of minus that at the opposite ones, for a journal at rest."""
     Fx, Fy = 0.0, 0.0
@@ -107,7 +86,7 @@ def mean_force(p, turn, size, nx, ny, x, y):
     return Fx, Fy
 
 
-@compiled
+@kernels.compiled
 def turned(nx, ny, nn, nt, tn, tt):
     """Components xx, xy, yx, yy of a matrix given along n and t."""
     return (
@@ -118,7 +97,7 @@ def turned(nx, ny, nn, nt, tn, tt):
     )
 
 
-@compiled
+@kernels.compiled
 def drag(p, size):
     """Moment of the film over the spin of the journal against the bearing, and its derivative by the eccentricity."""
     eps, eps_e = eccentricity(p, size)
@@ -126,7 +105,7 @@ def drag(p, size):
     return p[DRAG] * f, p[DRAG] * eps * f * f * f * eps_e
 
 
-@compiled
+@kernels.compiled
 def put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, T, r):
     """r (6,) for the force on the journal and the viscous moment T against its spin."""
     half = 0.5 * (ex * Fy - ey * Fx)
@@ -134,18 +113,18 @@ def put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, T, r):
     r[3], r[4], r[5] = -Fx, -Fy, by * Fx - bx * Fy + half + T
 
 
-@compiled
+@kernels.compiled
 def put_force(p, q, v, r):
-    """r (6,) alone; returns the power that the film takes."""
+    """r (6,) alone; energies, of which the film has the power that it takes."""
     ax, ay, bx, by, ex, ey, ux, uy, _, size, nx, ny = relative(p, q, v)
     Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
     viscous, _ = drag(p, size)
     w = v[5] - v[2]
     put_residual(ax, ay, bx, by, ex, ey, Fr * nx - Ft * ny, Fr * ny + Ft * nx, viscous * w, r)
-    return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
+    return 0.0, 0.0, viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
 
 
-@compiled
+@kernels.compiled
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
     ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny = relative(p, q, v)
@@ -186,58 +165,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
     A[5, 5] += kq * (bx * Fx + by * Fy)
 
 
-@compiled
-def power(p, q, v):
-    """Power that the film turns into heat."""
-    _, _, _, _, _, _, ux, uy, _, size, nx, ny = relative(p, q, v)
-    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
-    viscous, _ = drag(p, size)
-    w = v[5] - v[2]
-    return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
-
-
-@element_kernel
-def film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Forces of the film on both bodies, and their tangents."""
-    put_tangent(p, q, v, 1.0, 0.0, r, K)
-    put_tangent(p, q, v, 0.0, 1.0, r, C)
-
-
-@energy_kernel
-def film_energy(p, t, q, v):
-    """No strain energy, no weight, power that the film turns into heat."""
-    return 0.0, 0.0, power(p, q, v)
-
-
-@force_kernel
-def film_force_kernel(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
-@tangent_kernel
-def film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
-    """Residual r (6,), and A = kq K + kv C."""
-    put_tangent(p, q, v, kq, kv, r, A)
-
-
-@account_kernel
-def film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `film_energy` gives them."""
-    return 0.0, 0.0, put_force(p, q, v, r)
-
-
-OF_JOURNAL = film_kernel, film_energy, film_force_kernel, film_tangent, film_account
-JOURNAL_FILM = ElementKernels(*OF_JOURNAL)
-
-
-def film_kernels(name: str, functions: dict[str, Any]) -> ElementKernels:
-    """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
-    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module.
-    fields = zip(ElementKernels._fields[: len(OF_JOURNAL)], OF_JOURNAL, strict=True)
-    found: list[Any] = [rebound(kernel, f"{name}.{field}", functions) for field, kernel in fields]
-    return ElementKernels(*found)
-
+JOURNAL_FILM = massless("JOURNAL_FILM", globals())
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)
 # Signals with their units, in the order of `film_signal`.
@@ -247,7 +175,7 @@ SIGNALS = (
 )  # fmt: skip
 
 
-@signal_kernel
+@kernels.signal_kernel
 def film_signal(p, t, q, v, a):
     """`CHOSEN`: place in `SIGNALS`; forces act on the second body."""
     which = int(p[CHOSEN])
@@ -258,18 +186,18 @@ def film_signal(p, t, q, v, a):
     squeeze, wedge = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
     eps, _ = eccentricity(p, size)
     if which in (SIDE_FLOW, PEAK_PRESSURE):
-        field, scale = (SIDE, p[FLOW]) if which == SIDE_FLOW else (PEAK, p[PRESSURE])
-        if p[KIND] == PADS:
-            return scale * pads_scalar(p, field, eps, squeeze, wedge, math.atan2(-ny, -nx) - q[2])
-        if p[KIND] == TABLE:
-            return scale * table_scalar(p, field, eps, squeeze, wedge)
+        field, scale = (film.SIDE, p[FLOW]) if which == SIDE_FLOW else (film.PEAK, p[PRESSURE])
+        if p[KIND] == film.PADS:
+            return scale * film.pads_scalar(p, field, eps, squeeze, wedge, math.atan2(-ny, -nx) - q[2])
+        if p[KIND] == film.TABLE:
+            return scale * film.table_scalar(p, field, eps, squeeze, wedge)
         if which == SIDE_FLOW:
             return scale * math.sqrt(squeeze * squeeze + wedge * wedge)
-        return scale * film_pressure(p[KIND], eps, squeeze, wedge)
+        return scale * film.film_pressure(p[KIND], eps, squeeze, wedge)
     return of_force(p, which, q[2], ex, ey, ux, uy, size, nx, ny, v[5] - v[2])
 
 
-@compiled
+@kernels.compiled
 def of_force(p, which, turn, ex, ey, ux, uy, size, nx, ny, w):
     """Signal that follows from the force of the film."""
     Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, turn, size, nx, ny, ux, uy)

@@ -328,13 +328,10 @@ class Oil(Input, Shown):
         InputError : a temperature outside -60 to 250 degC.
         """
         checks.between("Oil", "temperature", temperature, COLDEST, HOTTEST, "degC", "")
-        (t1, first), (t2, second) = ((math.log(t + ABSOLUTE), self._double_log(mu)) for t, mu in self.viscosities)
+        pairs = ((t + ABSOLUTE, 1e6 * mu / self.density + 0.7) for t, mu in self.viscosities)
+        (t1, first), (t2, second) = ((math.log(t), math.log(math.log(nu))) for t, nu in pairs)  # Walther's law
         now = first + (second - first) * (math.log(temperature + ABSOLUTE) - t1) / (t2 - t1)
         return 1e-6 * self.density * (math.exp(math.exp(now)) - 0.7)
-
-    def _double_log(self, viscosity: float) -> float:
-        """Left side of Walther's law."""
-        return math.log(math.log(1e6 * viscosity / self.density + 0.7))
 
     def film_temperature(self, power: float, flow: float, inlet: float) -> float:
         """Mean temperature [degC] of a film that turns `power` [W] into heat, which its `flow` [m3/s] carries away.

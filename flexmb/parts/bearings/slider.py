@@ -19,8 +19,9 @@ from flexmb.errors import InputError
 from flexmb.fields import field, instance, record
 from flexmb.kernels import compiled, signal_kernel
 from flexmb.model.contributions import Contribution, signal_contributions
+from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.bearings.kernels import film_kernels, thickness
+from flexmb.parts.bearings.kernels import thickness
 from flexmb.parts.bearings.laws import Oiled, ShortBearing
 from flexmb.parts.joints.prismatic import PrismaticClearance
 from flexmb.places import packed
@@ -134,13 +135,13 @@ def change(slopes, y, tau, U, rate, turning):
 
 @compiled
 def put_force(p, q, v, r):
-    """r (6,) alone; returns the power that the film takes."""
+    """r (6,) alone; energies, of which the film has the power that it takes."""
     y, tau, ux, uy, bx, by, Dx, Dy = pose(p, q)
     travel, offset = rows(ux, uy, bx, by, Dx, Dy)
     U, rate, turning = rates(travel, offset, v)
     (Fx, Fy, T), _, _, _ = force(p, y, tau, U, rate, turning)
     put_residual(travel, offset, Fx, Fy, T, r)
-    return -Fx * U - Fy * rate - T * turning
+    return 0.0, 0.0, -Fx * U - Fy * rate - T * turning
 
 
 @compiled
@@ -181,17 +182,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
     A[5, 5] += kq * (Fx * (ux * bx + uy * by) + Fy * (ux * by - uy * bx))
 
 
-@compiled
-def power(p, q, v):
-    """Power that the film turns into heat."""
-    y, tau, ux, uy, bx, by, Dx, Dy = pose(p, q)
-    travel, offset = rows(ux, uy, bx, by, Dx, Dy)
-    U, rate, turning = rates(travel, offset, v)
-    (Fx, Fy, T), _, _, _ = force(p, y, tau, U, rate, turning)
-    return -Fx * U - Fy * rate - T * turning
-
-
-GUIDE_FILM = film_kernels("GUIDE_FILM", globals())
+GUIDE_FILM = massless("GUIDE_FILM", globals())
 
 THICKNESS, PRESSURE, POWER, NORMAL, DRAG, MOMENT = range(6)
 # Signals with their units, in the order of `guide_film_signal`.

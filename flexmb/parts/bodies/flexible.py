@@ -12,19 +12,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.elastic.beams.corotational import (
-    AXIAL,
-    B11,
-    B12,
-    B22,
-    BEAM,
-    LENGTH,
-    OFFSET1,
-    OFFSET2,
-    chord_share,
-    points,
-    tangents,
-)
+from flexmb.elastic.beams import corotational
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
 from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
@@ -215,7 +203,7 @@ class Beam:
     @property
     def length(self) -> float:
         """Length along the beam [m]."""
-        return math.dist(self.start, self.end) / chord_share(self.turn)
+        return math.dist(self.start, self.end) / corotational.chord_share(self.turn)
 
     @property
     def places(self) -> list[float]:
@@ -226,7 +214,7 @@ class Beam:
     @property
     def points(self) -> list[Point]:
         """Points of the nodes in the reference configuration [m]."""
-        return points(self.start, self.end, self.turn, self.places)
+        return corotational.points(self.start, self.end, self.turn, self.places)
 
 
 def checked_elements(label: str, elements: object) -> Elements:
@@ -326,7 +314,7 @@ def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
 
 def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:
     """Directions of the beam at its nodes less theta of the nodes, in the reference configuration [rad]."""
-    angles = tangents(beam.start, beam.end, beam.turn, beam.places if beam.turn else beam.stations)
+    angles = corotational.tangents(beam.start, beam.end, beam.turn, beam.places if beam.turn else beam.stations)
     return [angle - nodes[name].theta for angle, name in zip(angles, beam.nodes, strict=True)]
 
 
@@ -335,11 +323,11 @@ def beam_pieces(
 ) -> list[Contribution]:
     """Element pieces of all beams of a body."""
     contributions: list[Contribution] = []
-    kernels = BEAM.by_name()
+    kernels = corotational.BEAM.by_name()
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            contributions.append(ElementContribution(part, BEAM.element, (*first, *second), p, **kernels))
+            contributions.append(ElementContribution(part, corotational.BEAM.element, (*first, *second), p, **kernels))
     return contributions
 
 
@@ -374,7 +362,7 @@ def direction(beam: Beam) -> float:
 def chord_directions(beam: Beam) -> list[float]:
     """Directions of the chords of the elements in the reference configuration [rad]."""
     middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
-    return tangents(beam.start, beam.end, beam.turn, middles)
+    return corotational.tangents(beam.start, beam.end, beam.turn, middles)
 
 
 def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
@@ -397,8 +385,10 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
             depth = (float(depths[k]), float(depths[k + 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
-            bending = p[B11], p[B12], p[B22]
-            shape = BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei, depth)
+            bending = p[corotational.B11], p[corotational.B12], p[corotational.B22]
+            angles = p[corotational.OFFSET1], p[corotational.OFFSET2]
+            length, axial = p[corotational.LENGTH], p[corotational.AXIAL]
+            shape = BeamShape(part, *ends, length, *angles, axial, bending, ei, depth)
             shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))
             plain = not any(shares) and not beam.turn
             shapes.append(shape if plain else replace(shape, shear=shares, bow=bow, unstressed=free))
@@ -415,7 +405,7 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
         each = zip(free, data.lengths.tolist(), data.inertia_integrals.tolist(), *ends, strict=True)
         for (_, u1, u2), L, integrals, start, angle in each:
             m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
-            mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
+            mass, chord = m11 + 2.0 * m12 + m22, L * corotational.chord_share(2.0 * u2)
             along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
             inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
             centre = planar.from_frame(start, angle, (along, aside))
@@ -445,13 +435,9 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
 
 
 def nearest_node(
-    label: str,
-    owner: str,
-    nodes: Sequence[Node],
-    point: Point,
-    size: float,
+    label: str, owner: str, nodes: Sequence[Node], point: Point, size: float,
     remedy: str = "or choose elements so that a node stands at the point",
-) -> Node:
+) -> Node:  # fmt: skip
     """The node at a world point of the reference configuration, or `InputError` that names the nodes nearby."""
     for node in nodes:
         if (node.x, node.y) == point:

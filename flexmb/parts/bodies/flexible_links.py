@@ -19,20 +19,8 @@ from flexmb.model.contributions import Contribution, Node, SignalContribution
 from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
-from flexmb.parts.bodies.flexible import (
-    Beam,
-    Bosses,
-    Elements,
-    Field,
-    FieldLike,
-    RigidProperties,
-    Triple,
-    boss_pieces,
-    checked_elements,
-    deflection_kernel,
-    fit_bosses,
-    fractions,
-)
+from flexmb.parts.bodies import flexible
+from flexmb.parts.bodies.flexible import Beam, Elements, Field, FieldLike, RigidProperties, Triple
 from flexmb.parts.bodies.flexible_body import FlexibleBody, beam_of_mesh
 from flexmb.parts.bodies.rigid import Bar
 
@@ -170,8 +158,8 @@ class FlexibleFrame(FlexibleBody, Edges):
     def _checked_elements(self) -> tuple[Elements, ...]:
         given = self.elements
         if isinstance(given, (tuple, list)) and len(given) == len(self.edges):
-            return tuple(checked_elements(self.label, e) for e in given)
-        return (checked_elements(self.label, given),) * len(self.edges)
+            return tuple(flexible.checked_elements(self.label, e) for e in given)
+        return (flexible.checked_elements(self.label, given),) * len(self.edges)
 
     def _checked_turns(self) -> float | tuple[float, ...]:
         given = self.turns
@@ -263,7 +251,7 @@ class FlexibleFrame(FlexibleBody, Edges):
         turns = self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.edges)
         beams, count = [], len(self.points)
         for (a, b), section, elements, turn in zip(self.edges, sections, self.elements, turns, strict=True):  # type: ignore[arg-type]
-            places = fractions(elements)
+            places = flexible.fractions(elements)
             inner = [f"node{count + i}" for i in range(len(places) - 2)]
             count += len(inner)
             ends = (self.points[a], self.points[b])
@@ -275,10 +263,10 @@ class FlexibleFrame(FlexibleBody, Edges):
         mean = np.array(self.points).mean(axis=0)
         return self._bosses.mean_mass, (float(mean[0]), float(mean[1])), 0.0
 
-    def _fit(self, own: RigidProperties, mass: float) -> Bosses:
+    def _fit(self, own: RigidProperties, mass: float) -> flexible.Bosses:
         inertia = own.inertia if self.inertia is None else self.inertia
         wanted = RigidProperties(mass, self.centre or own.centre, inertia)
-        return fit_bosses(self.label, own, wanted, list(self.points))
+        return flexible.fit_bosses(self.label, own, wanted, list(self.points))
 
 
 @variant
@@ -330,8 +318,8 @@ class FlexibleLink(FlexibleBody, Bar):
         if self.turn and (self.mass is not None or self.inertia is not None):
             text = f"{self.label}: mass and inertia are for straight links, since they fix a centre on the line between"
             raise InputError(f"{text} the ends. For an arc use FlexibleFrame with one edge, whose centre is a point.")
-        object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
-        places = fractions(self.elements)
+        object.__setattr__(self, "elements", flexible.checked_elements(self.label, self.elements))
+        places = flexible.fractions(self.elements)
         self._check_fields(len(places), places)
         _ = self._bosses  # refuses mass properties out of reach
 
@@ -394,7 +382,7 @@ class FlexibleLink(FlexibleBody, Bar):
 
     @cached_property
     def _nodes(self) -> tuple[Node, ...]:
-        arc = self.start, self.end, self.turn, fractions(self.elements)
+        arc = self.start, self.end, self.turn, flexible.fractions(self.elements)
         poses = zip(points(*arc), tangents(*arc), strict=True)
         return tuple([Node(f"node{i}", *point, angle) for i, (point, angle) in enumerate(poses)])
 
@@ -418,19 +406,20 @@ class FlexibleLink(FlexibleBody, Bar):
     def beams(self) -> tuple[Beam, ...]:
         """The one beam."""
         names, ends = [n.name for n in self._nodes], (self.start, self.end)
-        return (self._beam(names, ends, fractions(self.elements), self.section, self.turn),)
+        return (self._beam(names, ends, flexible.fractions(self.elements), self.section, self.turn),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         three = (self.corners[0], self.main, self.corners[1])
         coordinates = tuple([(self.name, node, axis) for node in three for axis in (0, 1)])
-        deflection = SignalContribution(self.name, "deflection", "m", deflection_kernel, coordinates)
+        deflection = SignalContribution(self.name, "deflection", "m", flexible.deflection_kernel, coordinates)
         return [*super().contributions(mechanism), deflection]
 
     def _boss_pieces(self, gravity: Point) -> list[Contribution]:
         ends = super()._boss_pieces(gravity)
         if self.pivot_inertia == 0.0:
             return ends
-        return [*ends, *boss_pieces(self.name, self.corners[:1], Bosses((0.0,), self.pivot_inertia, 0.0), gravity)]
+        pivot = flexible.Bosses((0.0,), self.pivot_inertia, 0.0)
+        return [*ends, *flexible.boss_pieces(self.name, self.corners[:1], pivot, gravity)]
 
     def _lumps(self) -> dict[str, tuple[float, float]]:
         (start, (mass, inertia)), end = super()._lumps().items()
@@ -440,21 +429,21 @@ class FlexibleLink(FlexibleBody, Bar):
         """The pivot: no mass, at the start, its moment of inertia [kg m^2]."""
         return 0.0, self.start, self.pivot_inertia
 
-    def _fit(self, own: RigidProperties, mass: float) -> Bosses:
+    def _fit(self, own: RigidProperties, mass: float) -> flexible.Bosses:
         """Bosses at the ends; without a declared moment of inertia they are point masses."""
         along = (self.centre * self.length, 0.0)
         if self.inertia is None:
             moment = planar.to_frame(self.start, self.angle, own.centre)[0] * own.mass
             return point_bosses(self.label, own.mass, mass, (mass * along[0] - moment) / self.length)
         centre = own.centre if self.mass is None else planar.from_frame(self.start, self.angle, along)
-        return fit_bosses(self.label, own, RigidProperties(mass, centre, self.inertia), [self.start, self.end])
+        return flexible.fit_bosses(self.label, own, RigidProperties(mass, centre, self.inertia), [self.start, self.end])
 
 
-def point_bosses(label: str, beam_mass: float, mass: float, second: float) -> Bosses:
+def point_bosses(label: str, beam_mass: float, mass: float, second: float) -> flexible.Bosses:
     """Point masses at both ends, `second` at the end, that make mass and centre right, whatever the inertia."""
     first = mass - beam_mass - second
     if min(first, second) < -1e-9 * mass:
         text = f"{label}: mass {mass:g} kg cannot be reached by bosses at the ends:"
         text += f" they would need {first:.4g} and {second:.4g} kg, since the beam alone weighs {beam_mass:g} kg."
         raise InputError(f"{text} Give a larger mass, a smaller section, or another centre.")
-    return Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)
+    return flexible.Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)

@@ -8,21 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import checks, kernels, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, between, field, point, positive, record, several, vector
 from flexmb.findings.finding import Finding, found
-from flexmb.kernels import (
-    GAP_SIZE,
-    account_kernel,
-    compiled,
-    constraint_kernel,
-    damping_kernel,
-    element_kernel,
-    energy_kernel,
-    force_kernel,
-    tangent_kernel,
-)
 from flexmb.model.contributions import (
     Attachment,
     ConstraintContribution,
@@ -40,14 +29,14 @@ from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y, pa
 MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a node
 
 
-@element_kernel
+@kernels.element_kernel
 def node_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Rigid body at its centre of mass (x, y, theta): r = m (a - g), J alpha."""
     node_force(p, a, r)
     M[0, 0], M[1, 1], M[2, 2] = p[MASS], p[MASS], p[INERTIA]
 
 
-@compiled
+@kernels.compiled
 def node_force(p, a, r):
     """r (3,) of a rigid body."""
     m, J, gx, gy = p
@@ -55,38 +44,38 @@ def node_force(p, a, r):
     r[2] = J * a[2]
 
 
-@force_kernel
+@kernels.force_kernel
 def node_mass_force(p, t, h, q, v, a, z, r, z_new):
     """Residual r (3,) alone."""
     node_force(p, a, r)
 
 
-@tangent_kernel
+@kernels.tangent_kernel
 def node_mass_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """r (3,) and ka M, a diagonal."""
     node_force(p, a, r)
     A[0, 0], A[1, 1], A[2, 2] = ka * p[MASS], ka * p[MASS], ka * p[INERTIA]
 
 
-@compiled
+@kernels.compiled
 def node_weight(p, q):
     """Potential energy of gravity of a rigid body."""
     return -p[MASS] * (p[GRAVITY_X] * q[0] + p[GRAVITY_Y] * q[1])
 
 
-@energy_kernel
+@kernels.energy_kernel
 def node_mass_energy(p, t, q, v):
     """Potential energy of gravity alone."""
     return 0.0, node_weight(p, q), 0.0
 
 
-@damping_kernel
+@kernels.damping_kernel
 def undamped(p, t, q, v, w):
     """No power."""
     return 0.0, 0.0
 
 
-@account_kernel
+@kernels.account_kernel
 def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
     node_force(p, a, r)
@@ -107,7 +96,7 @@ def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point)
     return NODE_MASS.contribution(part, node_coordinates(part, node), p, diagonal=True)
 
 
-@element_kernel
+@kernels.element_kernel
 def mean_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Mass at the mean of n points, q = (x1, y1, x2, y2, ...): T = m/2 |mean velocity|^2."""
     m, gx, gy = p
@@ -118,7 +107,7 @@ def mean_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
             M[2 * i, 2 * j], M[2 * i + 1, 2 * j + 1] = m / (n * n), m / (n * n)
 
 
-@compiled
+@kernels.compiled
 def mean(x):
     """Mean of n points."""
     n = x.shape[0] // 2
@@ -129,7 +118,7 @@ def mean(x):
     return a, b
 
 
-@compiled
+@kernels.compiled
 def share_out(m, bx, by, x, r):
     """m (mean of x + b), shared equally by n points."""
     n = x.shape[0] // 2
@@ -138,14 +127,14 @@ def share_out(m, bx, by, x, r):
         r[2 * i], r[2 * i + 1] = m / n * (cx + bx), m / n * (cy + by)
 
 
-@force_kernel
+@kernels.force_kernel
 def mean_mass_force(p, t, h, q, v, a, z, r, z_new):
     """Residual r (2 n,) alone."""
     m, gx, gy = p
     share_out(m, -gx, -gy, a, r)
 
 
-@compiled
+@kernels.compiled
 def mean_weight(p, q):
     """Potential energy of gravity of a mass at the mean of n points."""
     x, y = mean(q)
@@ -153,13 +142,13 @@ def mean_weight(p, q):
     return -m * (gx * x + gy * y)
 
 
-@energy_kernel
+@kernels.energy_kernel
 def mean_mass_energy(p, t, q, v):
     """Potential energy of gravity alone."""
     return 0.0, mean_weight(p, q), 0.0
 
 
-@account_kernel
+@kernels.account_kernel
 def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (2 n,); energies as `mean_mass_energy` gives them."""
     m, gx, gy = p
@@ -183,7 +172,7 @@ MANY_PARTS = 500  # number of parts of a mechanism above which compiled kernels 
 NO_MOMENT = 1e-9  # moment on a particle over the largest force [m], or change by its rotation, that counts as round-off
 
 
-@constraint_kernel
+@kernels.constraint_kernel
 def held_rotation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """theta = 0."""
     g[0] = q[0]
@@ -255,8 +244,10 @@ class PointMass(Body):
 
 def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     """Whether a contribution acts on its coordinate with the number `place` in the reference configuration."""
-    q, p = _pose_of(mechanism, contribution), np.array(contribution.p, dtype=float)
-    n = len(q)
+    nodes = {c[:2]: mechanism.body(c[0]).node(c[1]) for c in contribution.coordinates}
+    poses = {name: (node.x, node.y, node.theta) for name, node in nodes.items()}
+    q = np.array([poses[part, name][axis] for part, name, axis in contribution.coordinates])
+    p, n = np.array(contribution.p, dtype=float), len(q)
     if isinstance(contribution, ConstraintContribution):
         m = contribution.rows
         G, H = np.zeros((m, n)), np.zeros((n, n))
@@ -270,26 +261,13 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
             return False
         return _any(r[place : place + 1], r) or any(_any([*B[:, place], *B[place]], B) for B in A)
     # Whether normal or friction force of a contact has a moment about a node
-    out, z = np.zeros(GAP_SIZE), np.array(contribution.friction.history(), dtype=float)
+    out, z = np.zeros(kernels.GAP_SIZE), np.array(contribution.friction.history(), dtype=float)
     contribution.gap(p, q, np.zeros(6), out)
     friction = np.array(contribution.friction.parameters(), dtype=float)
     force = contribution.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
     ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
     moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
     return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
-
-
-def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
-    """Coordinates (n,) of a contribution in the reference configuration."""
-    found: dict[tuple[str, str], tuple[float, float, float]] = {}
-    q = []
-    for part, name, axis in contribution.coordinates:
-        pose = found.get((part, name))
-        if pose is None:
-            node = mechanism.body(part).node(name)
-            pose = found[part, name] = node.x, node.y, node.theta
-        q.append(pose[axis])
-    return np.array(q)
 
 
 def _any(values: Any, *others: np.ndarray) -> bool:

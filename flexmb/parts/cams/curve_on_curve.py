@@ -19,19 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import planar
+from flexmb import kernels, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.kernels import (
-    Kernel,
-    compiled,
-    constraint_kernel,
-    gap_kernel,
-    joint_friction_kernel,
-    rebound,
-    signal_kernel,
-)
 from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
@@ -54,7 +45,7 @@ from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 
-@compiled
+@kernels.compiled
 def unit_motion(j, r1x, r1y, r2x, r2y):
     """Velocities u1, u2 of the material points at c1, c2 and of both angles, for a unit velocity of coordinate j."""
     if j == 0:
@@ -70,7 +61,7 @@ def unit_motion(j, r1x, r1y, r2x, r2y):
     return 0.0, 0.0, -r2y, r2x, 0.0, 1.0
 
 
-@compiled
+@kernels.compiled
 def travel(tau, w1, w2, distance, a1, b1, a2, b2):
     """Turn of the normal, and travel of both points along their curves; no turn where any normal would do."""
     scale = a1 * b2 + a2 * b1 + b1 * b2 * distance
@@ -80,26 +71,26 @@ def travel(tau, w1, w2, distance, a1, b1, a2, b2):
     return turn, first, tau - first - distance * turn
 
 
-@compiled
+@kernels.compiled
 def row(x, y, r1x, r1y, r2x, r2y):
     """Velocity of c2 less that of c1 along (x, y), by the six coordinates."""
     return -x, -y, x * r1y - y * r1x, x, y, y * r2x - x * r2y
 
 
-@compiled
+@kernels.compiled
 def row_change(x, y, px, py, r1x, r1y, r2x, r2y, x1, y1, x2, y2):
     """Derivative of `row`, for derivatives (px, py) of the direction, (x1, y1) and (x2, y2) of the arms."""
     return (-px, -py, px * r1y - py * r1x + x * y1 - y * x1, px, py, py * r2x - px * r2y + y * x2 - x * y2)
 
 
-@compiled
+@kernels.compiled
 def with_arms(q, X, Y, nx, ny, distance, a1, b1, a2, b2):
     """All numbers of a pair: c1, normal, distance, curvatures, arms from both nodes to c1 and c2."""
     r2x, r2y = X + distance * nx - q[3], Y + distance * ny - q[4]
     return X, Y, nx, ny, distance, a1, b1, a2, b2, X - q[0], Y - q[1], r2x, r2y
 
 
-@compiled
+@kernels.compiled
 def middle_change(j, pair):
     """Derivatives of the middle between c1 and c2 by coordinate j, and turn of the normal."""
     _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
@@ -110,7 +101,7 @@ def middle_change(j, pair):
     return u1x + along * nx - across * ny, u1y + along * ny + across * nx, turn
 
 
-@compiled
+@kernels.compiled
 def put_sliding(pair, lam, out, H):
     """Output of a joint-friction kernel: load |lam|, and sliding at the middle between c1 and c2."""
     _, _, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
@@ -129,7 +120,7 @@ def put_sliding(pair, lam, out, H):
             H[i, j] = change[i]
 
 
-@compiled
+@kernels.compiled
 def put_gap(pair, q, v, out):
     """Output of a gap kernel; the contact point lies in the middle between c1 and c2."""
     X, Y, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
@@ -150,7 +141,7 @@ def put_gap(pair, q, v, out):
 CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tolerances [m], second curve, first curve
 
 
-@compiled
+@kernels.compiled
 def curves_pair(p, q):
     """The pair of both curves at the coordinates q."""
     c, s = math.cos(q[2]), math.sin(q[2])
@@ -168,7 +159,7 @@ def curves_pair(p, q):
 POINT_SCALE, CENTRE_X, CENTRE_Y, RADIUS, CURVE_UNDER_POINT = range(5)
 
 
-@compiled
+@kernels.compiled
 def point_pair(p, base, q, X, Y, radius):
     """The pair of the curve at `base` and a circle around (X, Y), a point for the radius 0."""
     c, s = math.cos(q[2]), math.sin(q[2])
@@ -181,7 +172,7 @@ def point_pair(p, base, q, X, Y, radius):
     return with_arms(q, X, Y, nx, ny, away - radius, 1.0, bend, radius, 1.0)
 
 
-@compiled
+@kernels.compiled
 def roller_pair(p, q):
     """The pair of the curve and the roller at the coordinates q."""
     c, s = math.cos(q[5]), math.sin(q[5])
@@ -194,7 +185,7 @@ def roller_pair(p, q):
 LINE_SCALE, START_X, START_Y, ALONG_X, ALONG_Y, SIDE, LENGTH, CURVE_UNDER_LINE = range(8)
 
 
-@compiled
+@kernels.compiled
 def face_pair(p, q):
     """The pair of the curve and the whole line; place of the contact along the line from its first end; that end."""
     c1, s1, c2, s2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
@@ -208,14 +199,14 @@ def face_pair(p, q):
     return pair, (x - X) * ux + (y - Y) * uy, X, Y
 
 
-@compiled
+@kernels.compiled
 def face_alone(p, q):
     """The pair of the curve and the whole line."""
     pair, _, _, _ = face_pair(p, q)
     return pair
 
 
-@gap_kernel
+@kernels.gap_kernel
 def face_gap_kernel(p, q, v, out):
     """Distance of a segment from a convex closed curve; beyond its ends that of the end."""
     pair, place, X, Y = face_pair(p, q)
@@ -229,7 +220,7 @@ def face_gap_kernel(p, q, v, out):
     put_gap(point_pair(p, CURVE_UNDER_LINE, q, X, Y, 0.0), q, v, out)
 
 
-@signal_kernel
+@kernels.signal_kernel
 def face_place(p, t, q, v, a):
     """Place of the contact along the line from its first end."""
     _, place, _, _ = face_pair(p, q)
@@ -245,10 +236,10 @@ TOUCHING, OPEN = "touching", "open"  # starts of a contact: second body put onto
 class PairKernels:
     """Kernels of one kind of pair."""
 
-    equation: Kernel  # constraint kernel of the distance
-    gap: Kernel  # gap kernel
-    sliding: Kernel  # joint-friction kernel
-    speed: Kernel  # signal kernel of the normal speed of the second body
+    equation: kernels.Kernel  # constraint kernel of the distance
+    gap: kernels.Kernel  # gap kernel
+    sliding: kernels.Kernel  # joint-friction kernel
+    speed: kernels.Kernel  # signal kernel of the normal speed of the second body
 
     def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
         """Constraint equation of an ideal pair; contact and its ideal form at the start."""
@@ -267,7 +258,7 @@ class PairKernels:
 pair_of = roller_pair
 
 
-@constraint_kernel
+@kernels.constraint_kernel
 def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Distance of a circle, or of another second curve, from a closed curve = 0."""
     _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair_of(p, q)
@@ -288,19 +279,19 @@ def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     gamma[0] = -total
 
 
-@joint_friction_kernel
+@kernels.joint_friction_kernel
 def sliding_kernel(p, q, lam, out, H):
     """Load and sliding of the second curve, which does not roll on its body, on a closed curve."""
     put_sliding(pair_of(p, q), lam, out, H)
 
 
-@gap_kernel
+@kernels.gap_kernel
 def distance_kernel(p, q, v, out):
     """Distance of the second curve from a closed curve."""
     put_gap(pair_of(p, q), q, v, out)
 
 
-@signal_kernel
+@kernels.signal_kernel
 def speed_kernel(p, t, q, v, a):
     """Velocity of the second curve along the normal at the contact."""
     _, _, nx, ny, _, _, _, _, _, _, _, r2x, r2y = pair_of(p, q)
@@ -313,7 +304,7 @@ ROLLER = PairKernels(equation_kernel, distance_kernel, sliding_kernel, speed_ker
 def pair_kernels(name: str, pair: Any) -> PairKernels:
     """Kernels of the pairs that a function (p, q) gives, under the `name` of this module that holds them."""
     functions = {**globals(), "pair_of": pair}
-    made = (rebound(getattr(ROLLER, one.name), f"{name}.{one.name}", functions) for one in fields(PairKernels))
+    made = (kernels.rebound(getattr(ROLLER, one.name), f"{name}.{one.name}", functions) for one in fields(PairKernels))
     return PairKernels(*made)
 
 
@@ -402,16 +393,10 @@ def side_of(curve: ClosedCurve, line: Line) -> float:
     return 1.0 if u[0] * (y - line.start[1]) - u[1] * (x - line.start[0]) >= 0.0 else -1.0
 
 
-def pair_shapes(mechanism: Mechanism, pair: Any, first: Any, second: Any) -> Shapes:
-    """Curves of both bodies of a pair, for pictures."""
-    nodes, _ = carriers(mechanism, pair)
-    drawn = (pair.first, nodes[0], first), (pair.second, nodes[1], second)
-    return [shape(body.name, node, curve.drawing()) for body, node, curve in drawn]
-
-
-def shape(part: str, node: Node, points: tuple[tuple[float, float], ...]) -> RigidShape:
-    """A polyline of the reference configuration that moves with a node, for pictures."""
-    return RigidShape(part, node.name, (tuple(in_frame(node, p) for p in points),))
+def pair_shapes(mechanism: Mechanism, pair: Any, *curves: Any) -> Shapes:
+    """Curves of both bodies of a pair, or of the first one alone, as polylines for pictures."""
+    drawn = list(zip((pair.first.name, pair.second.name), carriers(mechanism, pair)[0], curves, strict=False))
+    return [RigidShape(part, at.name, (tuple(in_frame(at, p) for p in curve.drawing()),)) for part, at, curve in drawn]
 
 
 PULL = 1e-3  # pull of an ideal pair relative to its largest force, above which there is a remark
@@ -495,7 +480,6 @@ class CurveOnCurve(Pair):
             text = f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near ({x:.6g},"
             text += f" {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut)."
             raise InputError(f"{text} Use a smaller roller.")
-
         if isinstance(other, ClosedCurve):
             self._check_fit(curve, other)
             self._check_fit(other, curve)
@@ -641,4 +625,4 @@ class PointOnCurve(Pair):
         return ROLLER.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        return [shape(self.first.name, carrier(mechanism, self.first.name, self.label), self.curve.drawing())]
+        return pair_shapes(mechanism, self, self.curve)

@@ -24,11 +24,6 @@ from flexmb.parts.cams.spans import hermite_spans, sampled
 Jet = np.ndarray
 
 
-def from_derivatives(derivatives: np.ndarray) -> Jet:
-    """Jet of a function with these derivatives (orders, n)."""
-    return np.array([row / math.factorial(k) for k, row in enumerate(derivatives)])
-
-
 def derivatives_of(jet: Jet) -> np.ndarray:
     """Derivatives (orders, n) of a jet."""
     return np.array([row * math.factorial(k) for k, row in enumerate(jet)])
@@ -360,7 +355,8 @@ def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
     def derivatives(angles: np.ndarray) -> np.ndarray:
         turn = np.zeros((5, len(angles)))
         turn[0], turn[1] = angles, 1.0
-        px, py, sound = curve(turn, from_derivatives(lift.derivatives(piece, angles)))
+        jet = np.array([row / math.factorial(k) for k, row in enumerate(lift.derivatives(piece, angles))])
+        px, py, sound = curve(turn, jet)
         if not np.all(sound > 0.0):
             k = int(np.argmin(np.where(np.isnan(sound), -np.inf, sound)))
             text = f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees):"

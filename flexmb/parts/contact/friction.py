@@ -342,9 +342,7 @@ PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
 @friction_law
 def lugre_kernel(p, h, slip, N, z, z_new):
     """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z."""
-    # From z_new = z + h (slip - sigma0 |slip| z_new/(g N)) follows z_new = (z + h slip) g N/(g N + h sigma0 |slip|).
-    # Quotients are formed so that each stays finite however small N is.
-    # Equations (5.15) and (5.16) of docs/theory/contact.md.
+    # Equations (5.15) and (5.16) of docs/theory/contact.md; quotients are finite however small N is.
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N < 1e-200:
         z_new[DEFLECTION] = 0.0

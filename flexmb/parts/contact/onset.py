@@ -50,10 +50,8 @@ ONSET, LARGEST = "onset", "largest"
 @compiled
 def approach_speed(h, gap, gap_rate, least, z, z_new):
     """Approach speed of the present contact and its derivatives by gap and gap rate; 0 while the gap is open."""
-    # The approach speed is the closing speed at the instant between the last accepted state (z) and now at which the
-    # gap falls through zero. It stays the same as long as the contact lasts; its lower bound is `least`. For laws as
-    # they are published.
-    # Equation (6.2) of docs/theory/events.md.
+    # The closing speed at the instant between the last accepted state (z) and now at which the gap falls through zero.
+    # It stays as long as the contact lasts; `least` is its lower bound. Equation (6.2) of docs/theory/events.md.
     speed, by_gap, by_rate = z[SPEED], 0.0, 0.0
     if gap > 0.0:
         speed = 0.0
@@ -69,10 +67,7 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
 def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
     """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open."""
     # w is the approach speed, which the history holds. If `largest`, or if the contact began slower than `least` (at
-    # rest, or grazing), w is the largest value since the onset of closing speed and opening speed/e. In a free impact
-    # with the coefficient of restitution e this value is the approach speed. So the factor 1 + chi depth_rate/w stays
-    # within 1 - chi e and 1 + chi under any further forces.
-    # Equation (5.9) of docs/theory/contact.md.
+    # rest, or grazing), w is that of Equation (5.9) of docs/theory/contact.md.
     speed, onset, by_gap, by_rate = z[SPEED], z[APPROACH], 0.0, 0.0
     if gap > 0.0:
         speed, onset = 0.0, 0.0

@@ -167,20 +167,13 @@ class Control(Controller):
         return tuple(self.outputs)
 
     def control(self) -> ControlContribution:
-        return ControlContribution(
-            self.name,
-            self.law,
-            tuple(self.numbers),
-            tuple(MotionInput(one) if isinstance(one, Motion) else one for one in self.inputs),
-            tuple(map(name_of, self.loads)),
-            self.output_names,
-            tuple(name for name, _ in self.states),
-            tuple(value or 0.0 for _, value in self.states),
-            None if self.sample is None else float(self.sample),
-            ("",) * len(self.states),
-            ("",) * len(self.output_names),
-            tuple(k for k, (_, value) in enumerate(self.states) if value is None),
-        )
+        inputs = tuple(MotionInput(one) if isinstance(one, Motion) else one for one in self.inputs)
+        given = self.name, self.law, tuple(self.numbers), inputs, tuple(map(name_of, self.loads)), self.output_names
+        states, start = tuple(name for name, _ in self.states), tuple(value or 0.0 for _, value in self.states)
+        units = ("",) * len(states), ("",) * len(self.output_names)
+        settled = tuple(k for k, (_, value) in enumerate(self.states) if value is None)
+        sample = None if self.sample is None else float(self.sample)
+        return ControlContribution(*given, states, start, sample, *units, settled)
 
 
 (CURRENT,) = range(1)  # place of the current among the states
@@ -265,20 +258,12 @@ class DCMotor(Controller):
         inputs: list[str | MotionInput] = [self.speed]
         if isinstance(self.voltage, (str, Motion)):
             inputs.append(self.voltage if isinstance(self.voltage, str) else MotionInput(self.voltage))
-        delayed = self.inductance > 0.0
-        return ControlContribution(
-            self.name,
-            dc_motor_law,
-            (self.resistance, self.inductance, self.torque_constant, self.gear_ratio, number),
-            tuple(inputs),
-            (name_of(self.load),),
-            ("torque", "voltage") if delayed else ("torque", "voltage", "current"),
-            ("current",) if delayed else (),
-            (self.current,) if delayed else (),
-            None,
-            ("A",) if delayed else (),
-            ("N m", "V") if delayed else ("N m", "V", "A"),
-        )
+        p = (self.resistance, self.inductance, self.torque_constant, self.gear_ratio, number)
+        given = self.name, dc_motor_law, p, tuple(inputs), (name_of(self.load),)
+        outputs, units = ("torque", "voltage"), ("N m", "V")
+        if self.inductance == 0.0:
+            return ControlContribution(*given, (*outputs, "current"), output_units=(*units, "A"))
+        return ControlContribution(*given, outputs, ("current",), (self.current,), None, ("A",), units)
 
 
 FILTER_RATIO = 10.0  # ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]
@@ -424,9 +409,12 @@ class PID(Controller):
         moving, measured = isinstance(self.target, Motion), self.rate is not None
         filtered = self.kd != 0.0 and not measured
         smoothing = abs(self.kd / self.kp) / FILTER_RATIO if filtered and self.filter_time is None else self.filter_time
+        tracking = self.tracking_time if self.ki != 0.0 and self.is_limited else None  # of the back-calculation
+        if self.ki != 0.0 and self.is_limited and tracking is None:
+            tracking = math.sqrt(abs(self.kd / self.ki)) if self.kd != 0.0 else abs(self.kp / self.ki)
         return (
             *(self.kp, self.ki, self.kd, low, high),
-            self._frequency(self._tracking() if self.ki != 0.0 and self.is_limited else None),
+            self._frequency(tracking),
             self._frequency(smoothing if filtered else None),
             self.weight,
             1.0 if self.derivative_of == ERROR else 0.0,
@@ -443,12 +431,6 @@ class PID(Controller):
         values = [self.target.kernel(p, float(t))[0] for t in (*times, *self.target.breaks(end))]
         return self.measure, min(values), max(values)
 
-    def _tracking(self) -> float:
-        """Time constant of the back-calculation [s]."""
-        if self.tracking_time is not None:
-            return self.tracking_time
-        return math.sqrt(abs(self.kd / self.ki)) if self.kd != 0.0 else abs(self.kp / self.ki)
-
     def _frequency(self, time: float | None) -> float:
         """Inverse of a time constant [1/s], 0 for None; of a sampled one so that it decays as the exact solution."""
         if time is None:
@@ -460,23 +442,9 @@ class PID(Controller):
         if isinstance(self.target, Motion):
             inputs += [MotionInput(self.target), MotionInput(self.target, rate=True)]
         inputs += [] if self.rate is None else [self.rate]
-        states = (*(("integral",) if self.ki != 0.0 else ()), *(("filter",) if self.is_filtered else ()))
-        return ControlContribution(
-            self.name,
-            pid_law,
-            self.numbers(),
-            tuple(inputs),
-            () if self.load is None else (name_of(self.load),),
-            ("output",),
-            states,
-            (0.0,) * len(states),
-            None if self.sample is None else float(self.sample),
-            ("",) * len(states),
-            ("",),
-            tuple(k for k, name in enumerate(states) if name == "filter"),
-        )
-
-    @property
-    def is_filtered(self) -> bool:
-        """Whether the derivative comes from a filter."""
-        return self.kd != 0.0 and self.rate is None
+        filtered = self.kd != 0.0 and self.rate is None
+        states = (*(("integral",) if self.ki != 0.0 else ()), *(("filter",) if filtered else ()))
+        loads, n = () if self.load is None else (name_of(self.load),), len(states)
+        given = self.name, pid_law, self.numbers(), tuple(inputs), loads, ("output",), states, (0.0,) * n
+        sample = None if self.sample is None else float(self.sample)
+        return ControlContribution(*given, sample, ("",) * n, ("",), (n - 1,) if filtered else ())

@@ -85,6 +85,7 @@ def involute(angle: float) -> float:
 
 
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # pressure angle of standard gears [rad] (ISO 53)
+PRESSURE_ANGLE = between(0.0, 0.25 * math.pi)
 ARM = 6  # place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in
 
 
@@ -222,7 +223,7 @@ class Wheels(Part):
         found: list[Any] = [c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in pairs]
         other, apart = found[0] or found[1], getattr(self, "distance", None)
         if not all(found):  # the ground, whose centre is a pin of the arm
-            pins = sorted(_pins(mechanism, self.arm), key=lambda joint: GROUND.name not in _names(joint))
+            pins = sorted(_pins(mechanism, self.arm), key=lambda joint: GROUND.name not in joint.references())
             fits = [p.at for p in pins if apart and abs(planar.distance(p.at, other) - apart) <= FITS * apart]
             found = [point or (fits and fits[0]) for point in found]
         if not all(found):
@@ -233,8 +234,8 @@ class Wheels(Part):
     def _axis(self, mechanism: Mechanism, wheel: Part) -> Point:
         """Pin between a wheel and the arm, or one that they share with a third body; else the centre of mass."""
         pins, arm = _pins(mechanism, wheel), [pin.at for pin in _pins(mechanism, self.arm)]
-        for pin in sorted(pins, key=lambda joint: self.arm.name not in _names(joint)):
-            if self.arm.name in _names(pin) or pin.at in arm:
+        for pin in sorted(pins, key=lambda joint: self.arm.name not in joint.references()):
+            if self.arm.name in pin.references() or pin.at in arm:
                 return pin.at
         body = mechanism.body(wheel.name, self.label)
         node = body.node(body.main)
@@ -291,12 +292,7 @@ def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
 def _pins(mechanism: Mechanism, body: Part) -> list[Joint]:
     """Joints of a body at a point about which it may turn."""
     joints = (part for part in mechanism.parts if isinstance(part, Joint) and part.holds_point)
-    return [joint for joint in joints if body.name in _names(joint)]
-
-
-def _names(joint: Joint) -> tuple[str, str]:
-    """Names of the bodies of a joint."""
-    return joint.first.name, joint.second.name
+    return [joint for joint in joints if body.name in joint.references()]
 
 
 LARGE_PLAY = 0.2  # error of the distance of the axes in a motion, over the module, above which there is a remark
@@ -347,18 +343,12 @@ class Gear(Wheels):
     distance: float | None = field("of the axes, for the pitch circles; None: as drawn", "m", positive, default=None)
     module: float | None = field("pitch diameter over teeth; None: by the distance", "m", positive, default=None)
     backlash: float | None = field(
-        "play of the teeth along the pitch circles",
-        "m",
-        positive,
-        hint="For an ideal pair leave backlash out.",
+        "play of the teeth along the pitch circles", "m", positive, hint="For an ideal pair leave backlash out.",
         default=None,
-    )
+    )  # fmt: skip
     normal: NormalLaw | None = field("law of the flanks along the line of action, with backlash", default=None)
     pressure_angle: float = field(
-        "alpha; 0, of an ideal pair: no radial force",
-        "rad",
-        between(0.0, 0.25 * math.pi),
-        default=STANDARD_PRESSURE_ANGLE,
+        "alpha; 0, of an ideal pair: no radial force", "rad", PRESSURE_ANGLE, default=STANDARD_PRESSURE_ANGLE
     )
 
     def __post_init__(self) -> None:
@@ -367,18 +357,11 @@ class Gear(Wheels):
             raise InputError(f"{self.label}: both wheels have {self.teeth[0]} teeth; a ring needs more than its wheel.")
         if self.backlash is not None:
             checks.between(self.label, "pressure_angle", self.pressure_angle, 1e-3, 0.25 * math.pi, "rad")
-        self._check_backlash()
-
-    def _check_backlash(self) -> None:
-        """Check that backlash and normal law are given together."""
-        if self.backlash is None:
-            if self.normal is not None:
-                text = f"{self.label}: normal is given without backlash;"
-                raise InputError(f"{text} give backlash=... in m, or leave it.")
-            return
-        if not isinstance(self.normal, NormalLaw):
-            text = f"{self.label}: normal is {self.normal!r};"
-            raise InputError(f"{text} a pair with backlash needs a normal law, e.g. KelvinVoigt.")
+            if not isinstance(self.normal, NormalLaw):
+                text = f"{self.label}: normal is {self.normal!r};"
+                raise InputError(f"{text} a pair with backlash needs a normal law, e.g. KelvinVoigt.")
+        elif self.normal is not None:
+            raise InputError(f"{self.label}: normal is given without backlash; give backlash=... in m, or leave it.")
 
     def radii(self, mechanism: Mechanism) -> tuple[float, float]:
         """Pitch radii of both wheels in a `mechanism` [m].
@@ -506,7 +489,7 @@ class Rack(Part):
     at: tuple[float, float] = field("a point of the pitch line of the rack", "m", point)
     along: tuple[float, float] = field("direction of the pitch line", rule=directed, default=(1.0, 0.0))
     pressure_angle: float = field(
-        "alpha of the teeth; 0: it rolls", "rad", between(0.0, 0.25 * math.pi), default=STANDARD_PRESSURE_ANGLE
+        "alpha of the teeth; 0: it rolls", "rad", PRESSURE_ANGLE, default=STANDARD_PRESSURE_ANGLE
     )
 
     def __post_init__(self) -> None:

@@ -24,17 +24,23 @@ def constant_speed_kernel(p, t):
 
 
 @record
-class ConstantSpeed(Motion):
-    """s = speed t."""
+class Turning(Motion):
+    """Base of motions that end at a constant speed."""
 
     speed: float = field("speed of an angle or a travel", "rad/s or m/s")
 
-    kernel = constant_speed_kernel
     swings = False
 
     @property
     def period(self) -> float | None:
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
+
+
+@variant
+class ConstantSpeed(Turning):
+    """s = speed t."""
+
+    kernel = constant_speed_kernel
 
 
 @drive_kernel
@@ -146,7 +152,7 @@ def cycloidal_ramp_kernel(p, t):
 
 
 @record
-class SpinUp(Motion):
+class SpinUp(Turning):
     """Base of motions from rest to a constant speed.
 
     Raises
@@ -154,14 +160,8 @@ class SpinUp(Motion):
     InputError : a time that is not > 0.
     """
 
-    swings = False
-
     speed: float = field("final speed w of an angle or a travel", "rad/s or m/s")
     time: float = field("duration T of the start", "s", positive)
-
-    @property
-    def period(self) -> float | None:
-        return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 
 @variant

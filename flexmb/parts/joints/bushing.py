@@ -10,14 +10,9 @@ from typing import Any
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import Rule, directed, field, not_negative, record
-from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
-from flexmb.model.contributions import (
-    Attachment,
-    ConstraintContribution,
-    Contribution,
-    ElementKernels,
-    signal_contributions,
-)
+from flexmb.kernels import compiled, element_kernel, signal_kernel
+from flexmb.model.contributions import Attachment, ConstraintContribution, Contribution, signal_contributions
+from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.parts.joints.contact_point import add_curvature, curvature_times, direction, dot
@@ -41,7 +36,7 @@ def along_axis(p, q, first):
 
 @compiled
 def put_force(p, q, v, r):
-    """r (6,) alone; it must be zero before."""
+    """r (6,) of zeros; strain energy, no weight, power of damping."""
     for first in (True, False):
         i = 0 if first else 1
         d, J, _, _, _, _ = along_axis(p, q, first)
@@ -51,6 +46,7 @@ def put_force(p, q, v, r):
     moment = p[TORSION] * (q[5] - q[2] - p[ANGLE]) + p[TORSION_DAMPING] * (v[5] - v[2])
     r[2] -= moment
     r[5] += moment
+    return energies(p, q, v)
 
 
 @element_kernel
@@ -72,12 +68,6 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
         C[m, n] += sign * p[TORSION_DAMPING]
 
 
-@force_kernel
-def bushing_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
 @compiled
 def energies(p, q, v):
     """Strain energy, no weight, power of damping."""
@@ -89,20 +79,7 @@ def energies(p, q, v):
     return strain, 0.0, p[DAMPING_X] * vx * vx + p[DAMPING_Y] * vy * vy + p[TORSION_DAMPING] * rate * rate
 
 
-@account_kernel
-def bushing_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `bushing_energy` gives them."""
-    put_force(p, q, v, r)
-    return energies(p, q, v)
-
-
-@energy_kernel
-def bushing_energy(p, t, q, v):
-    """Strain energy, no weight, power of damping."""
-    return energies(p, q, v)
-
-
-BUSHING = ElementKernels(bushing_kernel, bushing_energy, bushing_force, None, bushing_account)
+BUSHING = massless("BUSHING", globals(), bushing_kernel)
 
 
 @signal_kernel

@@ -7,34 +7,11 @@ derivatives stand in `add_curvature`.
 import math
 from typing import Any
 
+from flexmb import places
 from flexmb.errors import InputError
 from flexmb.fields import instance
 from flexmb.kernels import compiled, joint_friction_kernel
 from flexmb.model.law import FrictionLaw
-from flexmb.places import (
-    ARM1_X,
-    ARM1_X_Q,
-    ARM1_Y,
-    ARM1_Y_Q,
-    ARM2_X,
-    ARM2_X_Q,
-    ARM2_Y,
-    ARM2_Y_Q,
-    ECCENTRICITY_RATE_X,
-    ECCENTRICITY_RATE_Y,
-    ECCENTRICITY_X,
-    ECCENTRICITY_Y,
-    GAP,
-    GAP_RATE,
-    LOAD,
-    LOAD_BY_LAM,
-    NORMAL_X,
-    NORMAL_X_Q,
-    NORMAL_Y,
-    NORMAL_Y_Q,
-    SLIDING,
-    SLIP,
-)
 
 
 @compiled
@@ -52,30 +29,30 @@ def put_point(out, q, v, gap, nx, ny, X, Y):
     """Gap, its rate, slip, normal and arms for a contact point (X, Y) of both bodies."""
     r1x, r1y, r2x, r2y = X - q[0], Y - q[1], X - q[3], Y - q[4]
     ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
-    out[GAP], out[GAP_RATE], out[SLIP] = gap, -(nx * ux + ny * uy), nx * uy - ny * ux
+    out[places.GAP], out[places.GAP_RATE], out[places.SLIP] = gap, -(nx * ux + ny * uy), nx * uy - ny * ux
     put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
 
 
 @compiled
 def put_arms(out, nx, ny, r1x, r1y, r2x, r2y):
     """Normal, and arms from the nodes to the contact point."""
-    out[NORMAL_X], out[NORMAL_Y] = nx, ny
-    out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y] = r1x, r1y, r2x, r2y
+    out[places.NORMAL_X], out[places.NORMAL_Y] = nx, ny
+    out[places.ARM1_X], out[places.ARM1_Y], out[places.ARM2_X], out[places.ARM2_Y] = r1x, r1y, r2x, r2y
 
 
 @compiled
 def put_eccentricity(out, ex, ey, vex, vey):
     """Eccentricity and its rate."""
-    out[ECCENTRICITY_X], out[ECCENTRICITY_Y] = ex, ey
-    out[ECCENTRICITY_RATE_X], out[ECCENTRICITY_RATE_Y] = vex, vey
+    out[places.ECCENTRICITY_X], out[places.ECCENTRICITY_Y] = ex, ey
+    out[places.ECCENTRICITY_RATE_X], out[places.ECCENTRICITY_RATE_Y] = vex, vey
 
 
 @compiled
 def put_column(out, j, nqx, nqy, Xq, Yq):
     """Derivatives of normal and arms by coordinate j; (Xq, Yq): derivatives of the contact point."""
-    out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j] = nqx, nqy
-    out[ARM1_X_Q + j], out[ARM1_Y_Q + j] = Xq - (1.0 if j == 0 else 0.0), Yq - (1.0 if j == 1 else 0.0)
-    out[ARM2_X_Q + j], out[ARM2_Y_Q + j] = Xq - (1.0 if j == 3 else 0.0), Yq - (1.0 if j == 4 else 0.0)
+    out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j] = nqx, nqy
+    out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j] = Xq - (1.0 if j == 0 else 0.0), Yq - (1.0 if j == 1 else 0.0)
+    out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j] = Xq - (1.0 if j == 3 else 0.0), Yq - (1.0 if j == 4 else 0.0)
 
 
 @compiled
@@ -159,12 +136,12 @@ def journal_friction(p, q, lam, out, H):
     # Equation (1.8) of docs/theory/equations_of_motion.md.
     R, preload = p
     F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
-    out[LOAD] = F + preload
+    out[places.LOAD] = F + preload
     if F > 0.0:
         for i in range(2):
-            out[LOAD_BY_LAM + i] = lam[i] / F
+            out[places.LOAD_BY_LAM + i] = lam[i] / F
     for theta, arm in ((2, -R), (5, R)):
-        out[SLIDING + theta] = arm
+        out[places.SLIDING + theta] = arm
 
 
 @joint_friction_kernel
@@ -177,11 +154,11 @@ def guide_friction(p, q, lam, out, H):
         row, load, by_lam = 0, across, 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
     else:
         row, load, by_lam = 1, couple, math.copysign(2.0 / length, lam[1])
-    out[LOAD] = load + preload
-    out[LOAD_BY_LAM + row] = by_lam
+    out[places.LOAD] = load + preload
+    out[places.LOAD_BY_LAM + row] = by_lam
     _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
     for j in range(6):
-        out[SLIDING + j] = J[j]
+        out[places.SLIDING + j] = J[j]
     add_curvature(1.0, nx, ny, far, near, H)
 
 

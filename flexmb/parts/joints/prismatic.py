@@ -19,25 +19,14 @@ from flexmb.model.contributions import (
     JointFriction,
     RowMotion,
     SignalContribution,
+    signal_contributions,
 )
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint, Part
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import (
-    JOINT_FRICTION,
-    add_curvature,
-    check_friction,
-    curvature_times,
-    direction,
-    dot,
-    guide_friction,
-    put_eccentricity,
-    put_point,
-    put_side_columns,
-    put_turn,
-)
+from flexmb.parts.joints import contact_point
 from flexmb.parts.joints.revolute import Revolute, drawn_angle, rubbing
 
 if TYPE_CHECKING:
@@ -48,11 +37,11 @@ if TYPE_CHECKING:
 @compiled
 def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
     """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
-    g[row], J, nx, ny, far, near = direction(dx, dy, s1x, s1y, s2x, s2y, q)
+    g[row], J, nx, ny, far, near = contact_point.direction(dx, dy, s1x, s1y, s2x, s2y, q)
     for j in range(6):
         G[row, j] = J[j]
-    add_curvature(lam[row], nx, ny, far, near, H)
-    gamma[row] = -dot(curvature_times(nx, ny, far, near, v), v)
+    contact_point.add_curvature(lam[row], nx, ny, far, near, H)
+    gamma[row] = -contact_point.dot(contact_point.curvature_times(nx, ny, far, near, v), v)
 
 
 # Entries of G and H that `guide_kernel` writes: the first row turns with the first node.
@@ -65,7 +54,7 @@ def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
     ux, uy, s1x, s1y, s2x, s2y, angle = p
     direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
-    put_turn(1, angle, q, g, G)
+    contact_point.put_turn(1, angle, q, g, G)
 
 
 @constraint_kernel
@@ -157,7 +146,9 @@ class Prismatic(Guide):
     """
 
     _: KW_ONLY
-    friction: FrictionLaw | None = field("law of friction between slider and guide", rule=JOINT_FRICTION, default=None)
+    friction: FrictionLaw | None = field(
+        "law of friction between slider and guide", rule=contact_point.JOINT_FRICTION, default=None
+    )
     length: float | None = field("length l of the slider along the guide, with friction", "m", positive, default=None)
     preload: float = field("further normal load, with friction", "N", not_negative, default=0.0)
 
@@ -166,7 +157,7 @@ class Prismatic(Guide):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_friction(self, "length")
+        contact_point.check_friction(self, "length")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         ideal, (coordinates, line, _) = self.ideal(mechanism), self.geometry(mechanism)
@@ -174,7 +165,7 @@ class Prismatic(Guide):
         if self.friction is None or self.length is None:
             return [ideal, *signals]
         p = (*line, self.length, self.preload)
-        return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction)), *signals]
+        return [replace(ideal, joint_friction=JointFriction(contact_point.guide_friction, p, self.friction)), *signals]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         coordinates, p, _ = self.geometry(mechanism)
@@ -205,7 +196,7 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     s1x, s1y, s2x, s2y, angle = p
     direction_row(1.0, 0.0, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
     direction_row(0.0, 1.0, s1x, s1y, s2x, s2y, q, v, lam, 1, g, G, gamma, H)
-    put_turn(2, angle, q, g, G)
+    contact_point.put_turn(2, angle, q, g, G)
 
 
 MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")  # rule of the motions of a clamp
@@ -277,11 +268,11 @@ def corner_gap_kernel(p, q, v, out):
     bx, by = c2 * kx - d2 * ky, d2 * kx + c2 * ky
     X, Y = q[3] + bx, q[4] + by
     ex, ey = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
-    put_point(out, q, v, c + half - nx * ex - ny * ey, nx, ny, X, Y)
+    contact_point.put_point(out, q, v, c + half - nx * ex - ny * ey, nx, ny, X, Y)
     vex = v[3] - v[5] * by - v[0] + v[2] * (d1 * s1x + c1 * s1y)
     vey = v[4] + v[5] * bx - v[1] - v[2] * (c1 * s1x - d1 * s1y)
-    put_eccentricity(out, ex, ey, vex, vey)
-    put_side_columns(out, nx, ny, bx, by)
+    contact_point.put_eccentricity(out, ex, ey, vex, vey)
+    contact_point.put_side_columns(out, nx, ny, bx, by)
 
 
 @signal_kernel
@@ -383,15 +374,12 @@ class PrismaticClearance(Guide):
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
             numbers = (self.play, self.half_height, across, mx, my, s1x, s1y, *corner)
             laws = normal, self.friction, name
-            contribution = ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws)
-            found.append(contribution)
-        sizes = (self.play, self.half_length, self.half_height)
-        for k, (name, unit) in enumerate(SIGNALS):
-            values = (*p, angle, *sizes, float(k))
-            told = self.name, name, unit, slider_signal, coordinates, values
-            found.append(SignalContribution(*told, is_mode=name == "mode"))
+            found.append(ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws))
+        values = (*p, angle, self.play, self.half_length, self.half_height)
+        *told, mode = signal_contributions(self.name, slider_signal, SIGNALS, coordinates, values)
+        found += [*told, replace(mode, is_mode=True)]
         _, speed = travel_contributions(self.name, coordinates, p)
-        friction = rubbing(self.friction, guide_friction, (*p, 2.0 * self.half_length, 0.0))
+        friction = rubbing(self.friction, contact_point.guide_friction, (*p, 2.0 * self.half_length, 0.0))
         return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]
 
     def _normal(self) -> NormalLaw:

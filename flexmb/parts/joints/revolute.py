@@ -25,16 +25,7 @@ from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import (
-    JOINT_FRICTION,
-    arms_of,
-    check_friction,
-    journal_friction,
-    put_arms,
-    put_column,
-    put_eccentricity,
-    put_turn,
-)
+from flexmb.parts.joints import contact_point
 from flexmb.places import GAP, GAP_RATE, SLIP
 
 if TYPE_CHECKING:
@@ -46,7 +37,7 @@ if TYPE_CHECKING:
 def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
     """Constraint equations 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
     # Equations (1.4) and (1.5) of docs/theory/equations_of_motion.md.
-    ax, ay, bx, by, g[0], g[1] = arms_of(s1x, s1y, s2x, s2y, q)
+    ax, ay, bx, by, g[0], g[1] = contact_point.arms_of(s1x, s1y, s2x, s2y, q)
     G[0, 0] = -1.0
     G[0, 2] = ay
     G[0, 3] = 1.0
@@ -76,7 +67,7 @@ def weld_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Two points of two nodes coincide and the relative rotation stays."""
     s1x, s1y, s2x, s2y, angle = p
     coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
-    put_turn(2, angle, q, g, G)
+    contact_point.put_turn(2, angle, q, g, G)
 
 
 @constraint_kernel
@@ -132,7 +123,7 @@ class Revolute(Joint):
     """
 
     _: KW_ONLY
-    friction: FrictionLaw | None = field("law of friction of the pin", rule=JOINT_FRICTION, default=None)
+    friction: FrictionLaw | None = field("law of friction of the pin", rule=contact_point.JOINT_FRICTION, default=None)
     radius: float | None = field("radius of the pin, with friction", "m", positive, default=None)
     preload: float = field("further normal load, with friction", "N", not_negative, default=0.0)
 
@@ -140,7 +131,7 @@ class Revolute(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_friction(self, "radius")
+        contact_point.check_friction(self, "radius")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         ends = self.ends(mechanism)
@@ -148,7 +139,7 @@ class Revolute(Joint):
         if self.friction is None or self.radius is None:
             return [contribution, angle]
         p, signal = (self.radius, self.preload), ("friction_torque", "N m")
-        friction = JointFriction(journal_friction, p, self.friction, signal, self.radius)
+        friction = JointFriction(contact_point.journal_friction, p, self.friction, signal, self.radius)
         return [replace(contribution, joint_friction=friction), angle]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
@@ -172,19 +163,8 @@ class Fixed(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        return [
-            ConstraintContribution(
-                self.name,
-                weld_kernel,
-                coordinates,
-                p,
-                3,
-                second=second.coordinates,
-                moment_row=2,
-                columns=(*AT_PIN, (2, 5)),
-                curved=BY_ANGLES,
-            )
-        ]
+        own, columns = (self.name, weld_kernel, coordinates, p, 3, second.coordinates), (*AT_PIN, (2, 5))
+        return [ConstraintContribution(*own, moment_row=2, columns=columns, curved=BY_ANGLES)]
 
 
 @gap_kernel
@@ -193,7 +173,7 @@ def journal_gap_kernel(p, q, v, out):
     # The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
     # Equations (5.1) and (5.2) of docs/theory/contact.md.
     c, R1, s1x, s1y, s2x, s2y = p
-    ax, ay, bx, by, ex, ey = arms_of(s1x, s1y, s2x, s2y, q)
+    ax, ay, bx, by, ex, ey = contact_point.arms_of(s1x, s1y, s2x, s2y, q)
     vex, vey = v[3] - by * v[5] - v[0] + ay * v[2], v[4] + bx * v[5] - v[1] - ax * v[2]
     size = math.sqrt(ex * ex + ey * ey)
     if size > 0.0:
@@ -207,8 +187,8 @@ def journal_gap_kernel(p, q, v, out):
     out[GAP_RATE] = -(nx * vex + ny * vey)
     ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
     out[SLIP] = -ny * ux + nx * uy
-    put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
-    put_eccentricity(out, ex, ey, vex, vey)
+    contact_point.put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
+    contact_point.put_eccentricity(out, ex, ey, vex, vey)
     gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
     for j in range(6):
         along, across = nx * gx[j] + ny * gy[j], (nx * gy[j] - ny * gx[j]) * inverse
@@ -216,7 +196,7 @@ def journal_gap_kernel(p, q, v, out):
         px, py = radius * nqx + 0.5 * along * nx, radius * nqy + 0.5 * along * ny
         if j < 3:
             px, py = px - gx[j], py - gy[j]
-        put_column(out, j, nqx, nqy, px, py)
+        contact_point.put_column(out, j, nqx, nqy, px, py)
 
 
 @constraint_kernel
@@ -357,7 +337,7 @@ class RevoluteClearance(Joint):
     ) -> ConstraintContribution:
         """The two constraint equations that hold the journal in its place at the start."""
         p = (*offsets, *self.eccentricity(mechanism))
-        friction = rubbing(self.friction, journal_friction, (self.journal_radius, 0.0))
+        friction = rubbing(self.friction, contact_point.journal_friction, (self.journal_radius, 0.0))
         place = self.name, held_journal_kernel, coordinates, p, 2, coordinates[3:]
         return ConstraintContribution(*place, joint_friction=friction, holds="closed")
 

@@ -205,7 +205,8 @@ class EdgePressure(MeshLoad):
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
         edges = loads.loaded_edges(plane.mesh, self.edge, plane.thickness)
-        normal, along = (loads.edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
+        stresses = (at_places(plane, s) if callable(s) else s for s in (self.pressure, self.shear))
+        normal, along = (loads.edge_products(plane.mesh, edges, stress) for stress in stresses)
         followed = loads.FollowedEdges(edges.nodes, normal, along)
         return loads.NodalLoad(followed.forces(plane.mesh), np.unique(edges.nodes), edges=followed)
 
@@ -215,10 +216,6 @@ def scaled(value: Any, part: float) -> Any:
     if callable(value):
         return lambda points: part * np.asarray(value(points), dtype=float)
     return tuple(part * x for x in value) if isinstance(value, tuple) else part * value
-
-
-def _placed(plane: PlaneBody, stress: loads.Stress) -> loads.Stress:
-    return at_places(plane, stress) if callable(stress) else stress
 
 
 @record

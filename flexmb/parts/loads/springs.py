@@ -13,18 +13,18 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.fields import Rule, field, not_negative, point, record
-from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
+from flexmb.kernels import compiled, element_kernel, signal_kernel
 from flexmb.model.contributions import (
     ADDS,
     SUBTRACTS,
     Contribution,
     Coordinate,
     ElementContribution,
-    ElementKernels,
     SignalContribution,
     signal_contributions,
 )
 from flexmb.model.law import Motion
+from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, PointToPoint
 from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
@@ -81,14 +81,9 @@ def checked_rest(label: str, name: str, rest: Any, unit: str, _: str) -> float |
 
 
 def moving_end(
-    part: str,
-    kernel: Any,
-    coordinates: tuple[Coordinate, ...],
-    stiffness: float,
-    rest: Any,
-    start: float,
+    part: str, kernel: Any, coordinates: tuple[Coordinate, ...], stiffness: float, rest: Any, start: float,
     more: tuple[float, ...],
-) -> list[ElementContribution]:
+) -> list[ElementContribution]:  # fmt: skip
     """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves."""
     # k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
     # With a number for `rest` nothing moves; `start` is its value at t = 0.
@@ -126,11 +121,11 @@ def energies(p, l, rate):
 
 @compiled
 def put_force(p, q, v, r):
-    """r (6,); length and its rate."""
+    """r (6,); energy of the spring, no weight, power of the damper."""
     l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
     F = p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate
     put_line_force(F, nx, ny, ax, ay, bx, by, r)
-    return l, rate
+    return energies(p, l, rate)
 
 
 @element_kernel
@@ -168,29 +163,7 @@ def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     K[5, 5] -= F * (nx * bx + ny * by)
 
 
-@force_kernel
-def spring_damper_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
-@account_kernel
-def spring_damper_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `spring_damper_energy` gives them."""
-    l, rate = put_force(p, q, v, r)
-    return energies(p, l, rate)
-
-
-@energy_kernel
-def spring_damper_energy(p, t, q, v):
-    """Energy of the spring, power of the damper."""
-    l, rate, _, _, _, _, _, _ = stretched(p, q, v)
-    return energies(p, l, rate)
-
-
-SPRING_DAMPER = ElementKernels(
-    spring_damper_kernel, spring_damper_energy, spring_damper_force, None, spring_damper_account
-)
+SPRING_DAMPER = massless("SPRING_DAMPER", globals(), spring_damper_kernel)
 
 
 @signal_kernel
@@ -294,28 +267,7 @@ def torsion_spring_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
             C[i, j] = sign * d
 
 
-@force_kernel
-def torsion_spring_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (2,) alone."""
-    put_moment(p, q, v, r)
-
-
-@account_kernel
-def torsion_spring_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (2,); no mass; energies as `torsion_spring_energy` gives them."""
-    return put_moment(p, q, v, r)
-
-
-@energy_kernel
-def torsion_spring_energy(p, t, q, v):
-    """Energy of the spring, power of the damper."""
-    k, d, angle = p
-    return 0.5 * k * (q[1] - q[0] - angle) ** 2, 0.0, d * (v[1] - v[0]) ** 2
-
-
-TORSION_SPRING = ElementKernels(
-    torsion_spring_kernel, torsion_spring_energy, torsion_spring_force, None, torsion_spring_account
-)
+TORSION_SPRING = massless("TORSION_SPRING", {**globals(), "put_force": put_moment}, torsion_spring_kernel)
 
 
 @signal_kernel

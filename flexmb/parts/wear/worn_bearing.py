@@ -20,20 +20,10 @@ from flexmb.fields import record
 from flexmb.findings.finding import Finding
 from flexmb.kernels import compiled, signal_kernel, summing
 from flexmb.model.contributions import Contribution, signal_contributions
+from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
+from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.journal import FilmEquilibrium, JournalBearing
-from flexmb.parts.bearings.kernels import (
-    FILM_FX,
-    FILM_FY,
-    PEAK_PRESSURE,
-    POWER,
-    SIDE_FLOW,
-    SIGNALS,
-    THICKNESS,
-    TORQUE,
-    film_kernels,
-    thickness,
-)
 from flexmb.parts.bearings.laws import ShortBearing
 from flexmb.parts.joints.contact_point import arms_of
 from flexmb.parts.wear.worn_clearance import WornClearance
@@ -89,7 +79,7 @@ def sums(p, ex, ey, vx, vy, w):
     for i in range(X.shape[0]):
         h = gaps[i] - ex * X[i] - ey * Y[i]
         if rough and h < height:
-            h, _ = thickness(h, height)
+            h, _ = kernels.thickness(h, height)
         s = ax * X[i] + ay * Y[i] + az * slopes[i]
         thin = 1.0 / h
         P = thin * thin * thin * (0.0 if s < 0.0 else s)
@@ -105,7 +95,7 @@ def extremes(p, ex, ey, vx, vy, w):
     least, peak, flow = math.inf, 0.0, 0.0
     for i in range(X.shape[0]):
         gap = gaps[i] - ex * X[i] - ey * Y[i]
-        h, _ = thickness(gap, p[HEIGHT])
+        h, _ = kernels.thickness(gap, p[HEIGHT])
         s = max(X[i] * vx + Y[i] * vy - 0.5 * w * (slopes[i] + ex * Y[i] - ey * X[i]), 0.0)
         least, peak, flow = min(least, gap), max(peak, p[FORCE] * s / (h * h * h)), flow + s
     return least, peak, flow
@@ -123,7 +113,7 @@ def stiffness(p, ex, ey, vx, vy, w):
         x, y, fall = X[i], Y[i], 1.0
         h, slope = gaps[i] - ex * x - ey * y, slopes[i] + ex * y - ey * x
         if rough and h < height:
-            h, fall = thickness(h, height)
+            h, fall = kernels.thickness(h, height)
         s, thin = x * vx + y * vy - 0.5 * w * slope, 1.0 / h
         grows = fall * thin
         shear = thin * grows
@@ -141,7 +131,7 @@ def stiffness(p, ex, ey, vx, vy, w):
 
 @compiled
 def put_force(p, q, v, r):
-    """r (6,) alone; returns the power that the film takes."""
+    """r (6,) alone; energies, of which the film has the power that it takes."""
     ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
     m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
     turning = drag * w - 0.5 * m2
@@ -149,7 +139,7 @@ def put_force(p, q, v, r):
         r[k] = gx[k] * m0 + gy[k] * m1
     r[worn] += ey * m0 - ex * m1 - turning
     r[other] += turning
-    return taken
+    return 0.0, 0.0, taken
 
 
 @compiled
@@ -198,15 +188,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
         A[other, l] -= 0.5 * pz
 
 
-@compiled
-def power(p, q, v):
-    """Power that the film turns into heat."""
-    ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
-    _, _, _, _, found = sums(p, ex, ey, vx, vy, w)
-    return found
-
-
-WORN_FILM = film_kernels("WORN_FILM", globals())
+WORN_FILM = massless("WORN_FILM", globals())
 
 
 @signal_kernel
@@ -215,18 +197,19 @@ def worn_film_signal(p, t, q, v, a):
     ex, ey, vx, vy, _, _, _, _, _, _, worn, _, w, C, S = place(p, q, v)
     last = p.shape[0] - 1
     which, area = int(p[last]), p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
-    if which in (THICKNESS, PEAK_PRESSURE, SIDE_FLOW):
+    if which in (kernels.THICKNESS, kernels.PEAK_PRESSURE, kernels.SIDE_FLOW):
         least, peak, flow = extremes(p, ex, ey, vx, vy, w)
-        return least if which == THICKNESS else (1.5 * peak / area if which == PEAK_PRESSURE else flow * area)
+        oil = 1.5 * peak / area if which == kernels.PEAK_PRESSURE else flow * area
+        return least if which == kernels.THICKNESS else oil
     m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
-    if which == POWER:
+    if which == kernels.POWER:
         return taken
-    if which == FILM_FX:
+    if which == kernels.FILM_FX:
         return S * m1 - C * m0
-    if which == FILM_FY:
+    if which == kernels.FILM_FY:
         return -S * m0 - C * m1
     across, along, turning = ey * m0 - ex * m1, ex * m0 + ey * m1, drag * w - 0.5 * m2
-    if which == TORQUE:
+    if which == kernels.TORQUE:
         return -turning if worn == 2 else turning - across
     return math.atan2(across, along) if across != 0.0 or along != 0.0 else 0.0
 
@@ -288,7 +271,7 @@ class WornBearing(WornClearance, JournalBearing):
         vx, vy = axes @ (np.asarray(rate) + spin * np.array([place[1], -place[0]]))
         X, Y, gaps, slopes = np.reshape(self.film_numbers((0.0, 0.0), (0.0, 0.0))[TABLES:], (4, self.bins))
         s = X * vx + Y * vy - 0.5 * w * (slopes + x * Y - y * X)
-        h = np.array([thickness(gap, self.roughness)[0] for gap in gaps - x * X - y * Y])
+        h = np.array([kernels.thickness(gap, self.roughness)[0] for gap in gaps - x * X - y * Y])
         pressure = 1.5 * self.film.viscosity * self.film.width**2 * np.maximum(s, 0.0) / h**3
         return np.asarray(np.interp(directions - turn, self.places, pressure, period=2.0 * math.pi))
 
@@ -306,7 +289,7 @@ class WornBearing(WornClearance, JournalBearing):
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
         film = WORN_FILM.contribution(self.name, coordinates, p)
-        signals = signal_contributions(self.name, worn_film_signal, SIGNALS, coordinates, p)
+        signals = signal_contributions(self.name, worn_film_signal, kernels.SIGNALS, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:

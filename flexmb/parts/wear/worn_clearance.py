@@ -203,7 +203,10 @@ def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> n
     dual = list(zip((x * scale).tolist(), (y * scale).tolist(), strict=True))
     kept: list[int] = []
     for i in order:
-        while len(kept) > 1 and _turns_right(dual[kept[-2]], dual[kept[-1]], dual[i]):
+        while len(kept) > 1:
+            (x1, y1), (x2, y2), (x3, y3) = dual[kept[-2]], dual[kept[-1]], dual[i]
+            if (x2 - x1) * (y3 - y2) > (y2 - y1) * (x3 - x2):  # the way turns to the left
+                break
             kept.pop()
         kept.append(i)
     reached = h.copy()
@@ -217,11 +220,6 @@ def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> n
             )
             reached[skipped] = np.minimum(h[skipped], corner[0] * x[skipped] + corner[1] * y[skipped] - clearance)
     return reached
-
-
-def _turns_right(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:
-    """Whether the way from a over b to c does not turn to the left."""
-    return (b[0] - a[0]) * (c[1] - b[1]) <= (b[1] - a[1]) * (c[0] - b[0])
 
 
 def shares(tables: Surface, x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ Equations (16.7) to (16.9) of docs/theory/wear.md.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
 from typing import Any, Self
@@ -19,7 +20,7 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.fields import field, positive, record
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
-from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
+from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.pin_slot import PinSlotClearance
@@ -261,13 +262,27 @@ class WornSides(WornJoint):
         steepest = float(np.abs(np.diff(np.pad(np.atleast_2d(tables), ((0, 0), (1, 1))))).max()) / self.step
         return (*size, self.step, steepest, float(tables.max()), 0.0, *tables.ravel().tolist())
 
-    def _worn_contact(self, contact: ContactContribution, p: tuple[float, ...], signals: int) -> list[Contribution]:
-        """A contact of the dry joint on the worn sides, and its first signals."""
-        found: list[Contribution] = [replace(contact, gap=worn_side_gap_kernel, p=p)]
-        for k, (name, unit) in enumerate(SIGNALS[:signals]):
-            own = (*p[:CHOSEN], float(k), *p[DEPTHS:])
-            named = f"{contact.name}.{name}" if contact.name else name
-            found.append(SignalContribution(self.name, named, unit, worn_side_signal, contact.coordinates, own))
+    @abstractmethod
+    def _on_sides(self, *p: float) -> tuple[float, ...]:
+        """Numbers of a contact on the worn sides; `p`: of the dry contact."""
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Contributions of the dry joint, contacts on the worn sides."""
+        found: list[Contribution] = []
+        corners: tuple[float, ...] = ()
+        for one in super().contributions(mechanism):  # type: ignore[safe-super]
+            if isinstance(one, ContactContribution):
+                p, prefix = self._on_sides(*one.p), f"{one.name}." if one.name else ""
+                corners += p
+                found.append(replace(one, gap=worn_side_gap_kernel, p=p))
+                told, behind = [(prefix + name, unit) for name, unit in SIGNALS[: 1 + len(self.where)]], p[DEPTHS:]
+                found += signal_contributions(
+                    self.name, worn_side_signal, told, one.coordinates, p[:CHOSEN], behind=behind
+                )
+            elif isinstance(one, SignalContribution) and one.is_mode:
+                found.append(replace(one, kernel=worn_guide_mode, p=corners))
+            else:
+                found.append(one)
         return found
 
     def worn_by(self, wear: Wear, length: float | None = None) -> Self:
@@ -314,20 +329,9 @@ class WornGuide(WornSides, PrismaticClearance):
     def deepest(self) -> tuple[str, float]:
         return "half_height", self.half_height
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        found: list[Contribution] = []
-        corners: tuple[float, ...] = ()
-        for one in super().contributions(mechanism):
-            if isinstance(one, ContactContribution):
-                play, half, across, *geometry = one.p
-                p = self._numbers((play, half, 0.0, across, *geometry), self.sides[0 if across > 0.0 else 1])
-                corners += p
-                found += self._worn_contact(one, p, 2)
-            elif isinstance(one, SignalContribution) and one.is_mode:
-                found.append(replace(one, kernel=worn_guide_mode, p=corners))
-            else:
-                found.append(one)
-        return found
+    def _on_sides(self, *p: float) -> tuple[float, ...]:
+        play, half, across, *geometry = p
+        return self._numbers((play, half, 0.0, across, *geometry), self.sides[0 if across > 0.0 else 1])
 
 
 @record
@@ -375,13 +379,6 @@ class WornSlot(WornSides, PinSlotClearance):
         """Whether the pin is above the middle line of the slot."""
         return np.asarray(sol.array(f"{self.name}.{contact}offset")[rows] >= 0.0)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        found: list[Contribution] = []
-        for one in super().contributions(mechanism):
-            if isinstance(one, ContactContribution):
-                play, _, radius, *geometry = one.p
-                p = self._numbers((play, 0.0, radius, 0.0, *geometry), self.sides)
-                found += self._worn_contact(one, p, 3)
-            else:
-                found.append(one)
-        return found
+    def _on_sides(self, *p: float) -> tuple[float, ...]:
+        play, _, radius, *geometry = p
+        return self._numbers((play, 0.0, radius, 0.0, *geometry), self.sides)
