@@ -84,16 +84,12 @@ def record_text(record: Any) -> str:
     """Class, name and fields of a dataclass `record` that differ from their defaults, in three lines at most."""
     given, text = given_fields(record), ""
     for nested in (True, False):
-        entries = [_entry(name, value, nested=nested) for name, value in given.items()]
+        texts = {name: value_text(value, nested=nested) for name, value in given.items()}
+        entries = [one if name == "name" else f"{name}={one}" for name, one in texts.items()]
         text = f"{type(record).__name__}({', '.join(entries)})"
         if len(wrapped := cut(text, 2 * LINES, indent="    ").splitlines()) <= LINES:
             return "\n".join(wrapped)
     return cut(text, LINES, indent="    ")
-
-
-def _entry(name: str, value: Any, *, nested: bool) -> str:
-    text = value_text(value, nested=nested)
-    return text if name == "name" else f"{name}={text}"
 
 
 def cut(text: str, lines: int = 1, indent: str = "  ") -> str:

@@ -247,7 +247,8 @@ class Kernel:
     def dispatcher(self) -> Any:
         """The compiled function."""
         if self._dispatcher is None:
-            self._dispatcher = self._compile()
+            with nullcontext() if ours(self.function) else notice.compiling(self.name):
+                self._dispatcher = self._compiled_or_refused()
         return self._dispatcher
 
     @property
@@ -289,10 +290,6 @@ class Kernel:
     @property
     def _may_be_alone(self) -> bool:
         return self.contract.name in BY_CONTRACT and not ours(self.function)
-
-    def _compile(self) -> Any:
-        with nullcontext() if ours(self.function) else notice.compiling(self.name):
-            return self._compiled_or_refused()
 
     def _compiled_or_refused(self) -> Any:
         try:

@@ -7,7 +7,6 @@ from typing import Any
 from flexmb.cli.arguments.parser import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
 from flexmb.errors import InputError
-from flexmb.model.mechanism import Mechanism
 from flexmb.show.live.knobs import Knobs
 from flexmb.show.live.page import Page, length_of, shown
 from flexmb.units import quantity
@@ -31,13 +30,18 @@ def explore(source: Source, makers: list[Option], options: argparse.Namespace) -
             text = f"--{next(iter(ranges))}: a range of an argument goes neither with --set nor with --vary"
             raise InputError(f"{text}. Give its value, or a range of a number of a part.")
         mechanism = source.mechanism(fixed)
-        vary = dict(_part(mechanism, text) for text in wishes)
+        vary: dict[str, tuple[Any, Any] | None] = {}  # None: a range about the value
+        for path, equals, span in (text.partition("=") for text in wishes):
+            option = field_option(mechanism, path, "vary")
+            vary[path] = _range(span, option) if equals else None
         knobs = Knobs(mechanism, vary or None, {})
         words[1:1] = [f"{option.flag}={text}" for option, text in typed.items() if text and option.kind != "flag"]
         words[1:1] = [option.flag for option in makers if option.kind == "flag" and fixed.get(option.name)]
     else:
         knobs = Knobs(source.make, None, fixed, ranges)
-    page = Page(knobs, _length(options), words, options.store, options.port)
+    periods = None if options.periods is None else quantity(options.periods, "", "--periods")
+    t_end = None if options.t_end is None else quantity(options.t_end, "s", "--t-end")
+    page = Page(knobs, length_of(periods, t_end), words, options.store, options.port)
     shown(page, opened=not options.no_open, block=True)
     return 0
 
@@ -48,16 +52,3 @@ def _range(text: str, option: Option) -> tuple[Any, Any]:
     if len(parts) != 2:
         raise InputError(f"{option.flag}: {text!r} is no range; give {RANGE}.")
     return option.value(parts[0]), option.value(parts[1])
-
-
-def _part(mechanism: Mechanism, text: str) -> tuple[str, tuple[Any, Any] | None]:
-    """Name and range of a number of a part; None for a range about its value."""
-    path, equals, span = text.partition("=")
-    option = field_option(mechanism, path, "vary")
-    return path, _range(span, option) if equals else None
-
-
-def _length(options: argparse.Namespace) -> tuple[str, float] | None:
-    """Unit and length of a run; None by the drives."""
-    periods = None if options.periods is None else quantity(options.periods, "", "--periods")
-    return length_of(periods, None if options.t_end is None else quantity(options.t_end, "s", "--t-end"))

@@ -127,15 +127,12 @@ def carried(label: str, begun: Started, found: Directions, *, every: bool) -> tu
         raise SolveError(f"{text}: derivatives say nothing there. End the run earlier.")
     times, chosen = begun.values(label)
     slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(found.q), : len(places)]
-    rows = _rows(run, first, slopes) if every else ()
+    rows: list[Rows] = []
+    if every:
+        time, y, slope, shift = run.rows(first, slopes[0])
+        rows = [Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k]) for k in range(y.shape[1])]
     units = tuple(run.program.names.signals.units[k] for k in places)
     return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status()), T
-
-
-def _rows(run: ParameterRun, first: np.ndarray, slopes: np.ndarray) -> list[Rows]:
-    """Rows of each signal at all steps; `slopes`: derivatives at the saved instants, with start and end."""
-    time, y, slope, shift = run.rows(first, slopes[0])
-    return [Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k]) for k in range(y.shape[1])]
 
 
 def places_of(label: str, program: Program, names: Sequence[str]) -> np.ndarray:

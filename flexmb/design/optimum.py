@@ -204,8 +204,9 @@ class _Evaluation:
             if len(self.designs) >= self.most:
                 raise _EnoughError
             self.designs[key] = self.known.get(key) or self._computed(key)
-            if key not in self.known:
-                self._write()
+            if self.file is not None and key not in self.known:
+                every = [one._asdict() for one in (self.known | self.designs).values()]
+                write_text(self.file, json.dumps({"search": self.mark, "designs": every}), self.label)
         return self.designs[key]
 
     def _computed(self, key: tuple[float, ...]) -> Design:
@@ -298,13 +299,6 @@ class _Evaluation:
             raise InputError(f"{self.label}: {self.file} is no file of designs: {error}") from error
         if mark != self.mark:
             raise InputError(f"{self.label}: {self.file} belongs to another search; name another file.")
-
-    def _write(self) -> None:
-        if self.file is None:
-            return
-        every = self.known | self.designs
-        text = json.dumps({"search": self.mark, "designs": [one._asdict() for one in every.values()]})
-        write_text(self.file, text, self.label)
 
 
 def _looked_for(evaluation: _Evaluation) -> np.ndarray:

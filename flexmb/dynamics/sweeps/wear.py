@@ -145,7 +145,8 @@ class Life:
             ends = {name: h + 0.5 * stride * middle.depths[name] for name, h in half.items()}
             change = {name: float(np.abs(middle.depths[name] - rate.depths[name]).max()) for name in ends}
             errors = {name: 0.5 * stride * change[name] for name in ends}
-            ratio = max(errors[name] / self._allowed(name, ends[name]) for name in ends)
+            sizes = {name: float(h.max()) + SMALL_DEPTH * self.turns.joints[name].clearance for name, h in ends.items()}
+            ratio = max(errors[name] / (self.tolerance * sizes[name]) for name in ends)
             factor = SAFETY / ratio**0.5 if ratio > 0.0 else MOST_FACTOR
             self.stride = stride * min(max(factor, LEAST_FACTOR), MOST_FACTOR)
             if ratio > 1.0 and stride > 1.0:
@@ -154,10 +155,6 @@ class Life:
             self.error = {name: self.error[name] + errors[name] for name in ends}
             rate = self.rate(self.depths)
         return rate
-
-    def _allowed(self, name: str, depths: np.ndarray) -> float:
-        """Error that an increment of a joint may have [m]."""
-        return self.tolerance * (float(depths.max()) + SMALL_DEPTH * self.turns.joints[name].clearance)
 
     def results(self, rate: Rate) -> dict[str, Any]:
         """Results of the present turn by column."""

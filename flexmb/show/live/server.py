@@ -153,7 +153,9 @@ class Server:
             ws_max_size=MOST_BYTES, limit_concurrency=4 * MOST_CLIENTS, timeout_graceful_shutdown=1,
         )  # fmt: skip
         self.server = uvicorn.Server(config)
-        self.thread = threading.Thread(target=self._serve, name="flexmb live server", daemon=True)
+        self.thread = threading.Thread(
+            target=lambda: asyncio.run(self._serving()), name="flexmb live server", daemon=True
+        )
 
     def start(self) -> None:
         """Begin to serve; returns when the server answers."""
@@ -177,9 +179,6 @@ class Server:
     def _put(self, kind: str, text: str) -> None:
         for client in self.clients:
             client.put(kind, text)
-
-    def _serve(self) -> None:
-        asyncio.run(self._serving())
 
     async def _serving(self) -> None:
         self.loop = asyncio.get_running_loop()
