@@ -160,3 +160,24 @@ def test_sampling_times_are_checked():
             fm.Control("servo", [], ["shaft"], counting, numbers=[1.0], states=1, sample=sample)
     law = fm.Control("servo", [], ["shaft"], counting, numbers=[9.0], states=1, sample=9.0)  # longer than the run
     assert last(fm.simulate(rotor(law), t_end=0.1), "servo.state1") == pytest.approx([1.0])
+
+
+@fm.control_kernel
+def multiple(p, t, u, x, dx, y):
+    """Input times a gain."""
+    y[0] = p[0] * u[0]
+
+
+@pytest.mark.parametrize("order", [1, -1], ids=["source first", "source last"])
+def test_a_sampled_law_reads_another_one_with_the_output_of_before_the_instant(order):
+    """Mass pulled back by -6 x of the instant before the last one: parabolas between instants, no force at first."""
+    mass, dt = fm.bodies.PointMass("mass", at=(1.0, 0.0), mass=1.0), 0.05
+    pull = fm.Force("pull", mass, at=(1.0, 0.0), force=(1.0, 0.0))
+    cell = fm.Control("cell", ["mass.x"], [], multiple, numbers=(3.0,), outputs=["out"], sample=dt)
+    law = fm.Control("law", ["cell.out"], [pull], multiple, numbers=(-2.0,), sample=dt)
+    sol = fm.simulate(fm.Mechanism("two laws", [mass, pull, *[cell, law][::order]]), t_end=40 * dt, save=40)
+    x, v, before = 1.0, 0.0, 0.0
+    for computed in sol["mass.x"].values:
+        assert computed == pytest.approx(x, abs=1e-11)
+        force, before = -6.0 * before, x
+        x, v = x + v * dt + 0.5 * force * dt * dt, v + force * dt

@@ -118,8 +118,8 @@ class Control(Controller):
     A law that acts at all times is a part of the implicit step, and its tangent is found by differences.  Its inputs
     are functions of time, positions and velocities.  Where it jumps, as that of a relay, error-controlled steps end;
     fixed steps pass the jump, with an error of the velocities of half of it over a step.  A sampled law may jump, and
-    may read all signals: they are those of the last accepted state.  Loads do work, which
-    is booked as theirs (`energy.load_work`).
+    may read all signals: they are those of the last accepted state, outputs of other sampled laws those of before the
+    instant (0 at the start).  Loads do work, which is booked as theirs (`energy.load_work`).
 
     Examples
     --------
