@@ -353,9 +353,9 @@ engine.newmark.implicit_step.STATE_ROUND_OFF | 1 | a state of a control | correc
 engine.newmark.implicit_step.LEAST_CORRECTION | 1 | nothing | least tolerance of a state of a control that stays 0
 engine.newmark.error_control.LEAST_STATE | 1 | nothing | least scale of a state of a control that stays 0
 statics.start.consistent.SETTLED | 1 | a state of a control | last correction of states that begin at rest
-run.stopping.SETTLED | 1 | a state of a control | the same of sampled controllers
-run.stopping.DIFFERENCE | 1 | a state of a control | differences of a sampled law
-run.stopping.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
+run.sampling.SETTLED | 1 | a state of a control | the same of sampled controllers
+run.sampling.DIFFERENCE | 1 | a state of a control | differences of a sampled law
+run.sampling.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
 statics.start.consistent.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
 statics.start.consistent.MOST_PROJECTIONS | iterations | nothing | most rounds of a projection
 parts.bodies.rigid.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link

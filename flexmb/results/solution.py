@@ -41,7 +41,7 @@ class Stats:
     smallest_step: float = 0.0  # smallest_step, largest_step: among the accepted steps [s]
     largest_step: float = 0.0
     wall_time: float = 0.0  # time that passed on the clock, without that of compilations [s]
-    rejected_at_contacts: int = 0  # rejected steps that reached beyond the beginning or the end of a contact
+    rejected_at_contacts: int = 0  # rejected steps that reached beyond an end of a contact, or a jump of a law
     not_converged: int = 0  # rejected steps whose Newton iteration did not converge
 
     @property
@@ -49,7 +49,11 @@ class Stats:
         """Number of rejected steps, with the reasons that occurred."""
         at_contacts, not_converged = self.rejected_at_contacts, self.not_converged
         by_error = self.rejected - at_contacts - not_converged
-        reasons = ((by_error, "for the error"), (at_contacts, "at contacts"), (not_converged, "without convergence"))
+        reasons = (
+            (by_error, "for the error"),
+            (at_contacts, "at contacts or jumps"),
+            (not_converged, "without convergence"),
+        )
         told = ", ".join(f"{count} {reason}" for count, reason in reasons if count)
         return f"{self.rejected} rejected" + (f": {told}" if told else "")
 

@@ -40,6 +40,7 @@ from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.solution import LateFindings, Peaks, Solution, Stats
 from flexmb.results.status import sentence
 from flexmb.run.checkpoint import MODEL, refuse_broken_clock, refuse_other_model
+from flexmb.run.sampling import act
 from flexmb.run.saving import (
     SAME_INSTANT,
     SavedRows,
@@ -50,7 +51,7 @@ from flexmb.run.saving import (
     start_saving,
     watch_lows,
 )
-from flexmb.run.stopping import Snapshot, StopConditions, act, end_at_crossing
+from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
 from flexmb.statics.start.consistent import Start, accelerations, held_rows, least_norm, looks_dependent
 from flexmb.version import installed_version
 

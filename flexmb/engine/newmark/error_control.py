@@ -141,7 +141,7 @@ def accept_or_reject(h, error, growth, options, flow, trial, record):
     """Factor for the next step; 0 for a rejected trial, with the next step to try in the clock."""
     # error: error over the accepted error; negative for a trial that did not converge or missed a contact event
     # growth: allowed step over h by this error
-    # Reasons of a rejection, and their counters: an event of a contact (`step_to_events`; `rejected_at_contacts`); no
+    # Reasons of a rejection, and their counters: an event of a contact or a jump (`rejected_at_contacts`); no
     # convergence, a singular matrix, numbers that are not finite (codes of `implicit_step`; `not_converged`); else the
     # error. `Stats.rejections` (`results/solution.py`) says them in words.
     if 0.0 <= error <= 1.0:

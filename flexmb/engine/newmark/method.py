@@ -38,6 +38,8 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
 @compiled
 def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
     """Take the steps of `advance`; extrema of the last state may be left out."""
+    # A trial that fails (Newton, singular, not finite) is tried again with h/4 (`meets_contacts`); with fixed steps, or
+    # at the smallest step, its code ends the run; results/status.py has the sentence.
     for _ in range(steps):
         if finished(options, flow):
             return DONE

@@ -30,7 +30,7 @@ from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
 from flexmb.program import program as at
 from flexmb.program.program import Program, Sampler, Tables
-from flexmb.run.stopping import act
+from flexmb.run.sampling import act
 
 # Difference of an input of a sampled law relative to its size, and least size relative to its largest so far.
 PART_OF_INPUT, LEAST_PART = 1e-6, 1e-3
