@@ -72,7 +72,7 @@ def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> tuple[int, ...]:
 
 
 def _surely_independent(columns: np.ndarray) -> bool:
-    """Whether columns of length 1 are independent beyond doubt: pivots of their QR are then above CERTAIN_EIGENVALUE^0.5."""
+    """Whether columns of length 1 are independent: no pivot of their QR is then below CERTAIN_EIGENVALUE^0.5."""
     if columns.shape[1] > columns.shape[0]:
         return False
     gram = columns.T @ columns

@@ -110,7 +110,7 @@ class Counters(Record):
 
     steps: int  # steps, rejected, iterations, evaluations, factorisations, solves: totals of the run
     rejected: int
-    # rejected_at_contacts: for a contact event or a jump of a law within; not_converged: since Newton's iteration failed
+    # rejected_at_contacts: for a contact event or a jump of a law within; not_converged: since Newton failed
     rejected_at_contacts: int
     not_converged: int
     iterations: int
