@@ -574,7 +574,7 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
         program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON program.program.FOUR_SIZE elastic.beams.stress.SIZE
-        elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
+        elastic.beams.mass_damping.POINTS model.massless.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
         parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.film.LEVEL parts.bearings.film.FIELD
         parts.bearings.film.PAD_ROWS parts.bearings.film.PAD_LINES parts.bearings.film.PAD_COLUMNS parts.bearings.film.MIDDLE parts.bearings.film.PLACE

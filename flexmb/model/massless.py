@@ -11,7 +11,8 @@ from flexmb import kernels
 from flexmb.engine.compiled.arrays import stack_vector
 from flexmb.model.contributions import ElementKernels
 
-forces = stack_vector(31)  # of the largest of these elements, that of mass damping: two points and nine nodes that turn
+MOST = 31  # coordinates of the largest of these elements, that of mass damping: two points, and nine nodes that turn
+forces = stack_vector(MOST)
 
 
 @kernels.compiled

@@ -94,8 +94,9 @@ def test_the_error_of_a_relay_falls_with_the_tolerance_and_with_a_damper(damping
     for rtol in (1e-4, 1e-5, 1e-6, 1e-7):
         sol = fm.simulate(model, t_end=12.3, step=fm.Adaptive(rtol=rtol))
         errors.append(abs(float(sol["body.vx"][-1]) - exact[1]))
-    assert errors[0] < 1e-3
+    assert errors[0] < 2.5e-3 * max(damping, DAMPING)
     assert all(fine < 0.4 * coarse for coarse, fine in itertools.pairwise(errors))
+    assert errors[-1] < 1e-5
 
 
 def test_a_rate_that_jumps_is_met():
@@ -105,10 +106,10 @@ def test_a_rate_that_jumps_is_met():
     assert float(sol["count.time"][-1]) == pytest.approx(0.3, abs=1e-4)
 
 
-@pytest.mark.parametrize(("method", "t_end"), [("newmark", 6.0), ("dormand-prince", 3.0)])
-def test_a_law_that_slides_along_its_jump_comes_to_rest(method, t_end):
+@pytest.mark.parametrize(("method", "t_end", "most"), [("newmark", 6.0, 2_000), ("dormand-prince", 2.6, 10_000)])
+def test_a_law_that_slides_along_its_jump_comes_to_rest(method, t_end, most):
     """Dry friction as a law, sign(v): from 1 m two half swings shorten by 2 F/k = 4/7 m each, and it holds at -1/7."""
     sol = fm.simulate(carriage(spring(stiffness=7.0), control="body.vx"), t_end=t_end, method=METHODS[method][0])
     assert sol.ok
     assert float(sol["body.x"][-1]) == pytest.approx(-1.0 / 7.0, abs=2e-4)
-    assert sol.stats.steps < 30_000
+    assert sol.stats.steps < most

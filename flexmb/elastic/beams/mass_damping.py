@@ -17,11 +17,10 @@ import numpy as np
 from flexmb.engine.compiled.arrays import stack_vector
 from flexmb.kernels import compiled, element_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
-from flexmb.model.massless import massless
+from flexmb.model.massless import MOST, massless
 
 ZETA, TURNING, MASSES = range(3)  # parameters p: damping rate zeta, number of nodes that turn, then m (n, n)
 POINTS = 4  # number of the coordinates of A and B, the first ones
-MOST = POINTS + 27  # largest number of coordinates: nine nodes that turn
 scratch = stack_vector(MOST)  # vector on A, B and the nodes; of d, d_dot, forces on them the nodes alone count
 
 

@@ -37,16 +37,19 @@ def along_axis(p, q, first):
 @compiled
 def put_force(p, q, v, r):
     """r (6,) of zeros; strain energy, no weight, power of damping."""
+    twice, power = 0.0, 0.0
     for first in (True, False):
         i = 0 if first else 1
         d, J, _, _, _, _ = along_axis(p, q, first)
-        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
+        k, c, rate = p[STIFFNESS_X + i], p[DAMPING_X + i], dot(J, v)
+        twice, power = twice + k * d * d, power + c * rate * rate
         for m in range(6):
-            r[m] += f * J[m]
-    moment = p[TORSION] * (q[5] - q[2] - p[ANGLE]) + p[TORSION_DAMPING] * (v[5] - v[2])
+            r[m] += (k * d + c * rate) * J[m]
+    turn, rate = q[5] - q[2] - p[ANGLE], v[5] - v[2]
+    moment = p[TORSION] * turn + p[TORSION_DAMPING] * rate
     r[2] -= moment
     r[5] += moment
-    return energies(p, q, v)
+    return 0.5 * (twice + p[TORSION] * turn * turn), 0.0, power + p[TORSION_DAMPING] * rate * rate
 
 
 @element_kernel
@@ -68,17 +71,6 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
         C[m, n] += sign * p[TORSION_DAMPING]
 
 
-@compiled
-def energies(p, q, v):
-    """Strain energy, no weight, power of damping."""
-    x, Jx, _, _, _, _ = along_axis(p, q, True)
-    y, Jy, _, _, _, _ = along_axis(p, q, False)
-    turn, rate = q[5] - q[2] - p[ANGLE], v[5] - v[2]
-    strain = 0.5 * (p[STIFFNESS_X] * x * x + p[STIFFNESS_Y] * y * y + p[TORSION] * turn * turn)
-    vx, vy = dot(Jx, v), dot(Jy, v)
-    return strain, 0.0, p[DAMPING_X] * vx * vx + p[DAMPING_Y] * vy * vy + p[TORSION_DAMPING] * rate * rate
-
-
 BUSHING = massless("BUSHING", globals(), bushing_kernel)
 
 
@@ -94,8 +86,7 @@ def bushing_signal(p, t, q, v, a):
     if which == 6:
         return -p[TORSION] * turn - p[TORSION_DAMPING] * (v[5] - v[2])
     if which > 9:
-        strain, _, _ = energies(p, q, v)
-        return strain
+        return 0.5 * (p[STIFFNESS_X] * x * x + p[STIFFNESS_Y] * y * y + p[TORSION] * turn * turn)
     if which > 6:
         return dot(Jx, v) if which == 7 else (dot(Jy, v) if which == 8 else v[5] - v[2])
     f, g = p[STIFFNESS_X] * x + p[DAMPING_X] * dot(Jx, v), p[STIFFNESS_Y] * y + p[DAMPING_Y] * dot(Jy, v)

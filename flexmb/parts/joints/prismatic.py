@@ -301,7 +301,7 @@ def slider_signal(p, t, q, v, a):
     return 2.0 if upper == lower else 3.0
 
 
-SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))
+SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))  # the mode is the last one
 
 
 @record
