@@ -350,7 +350,7 @@ engine.system.elements.RELATIVE_DIFFERENCE | 1 | an input or a state | differenc
 engine.system.elements.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
 engine.system.elements.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
 engine.newmark.implicit_step.STATE_ROUND_OFF | 1 | a state of a control | corrections below this part are round-off
-engine.newmark.implicit_step.LEAST_CORRECTION | 1 | nothing | least tolerance of a state of a control that stays 0
+engine.newmark.implicit_step.LEAST_CORRECTION | 1 | nothing | least tolerance of a correction, for what stays 0
 engine.newmark.error_control.LEAST_STATE | 1 | nothing | least scale of a state of a control that stays 0
 statics.start.consistent.SETTLED | 1 | a state of a control | last correction of states that begin at rest
 run.sampling.SETTLED | 1 | a state of a control | the same of sampled controllers

@@ -276,6 +276,8 @@ class Run:
             self.record.signals[:] = fitting(restart, "signals", self.record.signals)
             self.flow.restore(restart)
             self.stepper.restore(restart)
+            if isinstance(self.step, FixedStep):
+                self.flow.clock.step_size = self.h_max  # the run before may have had other steps
         except ValueError as error:
             text = f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond"
             raise InputError(f"{text} its limits). Use `restart` of a solution of the same mechanism.") from error

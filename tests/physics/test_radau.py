@@ -313,3 +313,13 @@ def test_forces_between_steps_across_kinks_of_a_cam(speed):
     laws = np.array([lift.at(speed * t) for t in sol.time])
     exact = mass * speed**2 * laws[:, 2] + spring * (laws[:, 0] + radius)
     assert sol["tappet.force"].values == pytest.approx(exact, abs=1e-5 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("step", [1e-3, None])
+def test_a_mechanism_without_forces_stays_at_rest(step):
+    """No acceleration sets the scale of a correction; such a run stopped as not finite with fixed steps."""
+    link = fm.RigidBody("link", (0.25, 0.0), mass=1.0, inertia=0.02)
+    pin = fm.Revolute("pin", fm.GROUND, link, at=(0.0, 0.0))
+    sol = fm.simulate(fm.Mechanism("rest", [link, pin]), t_end=0.05, method=RADAU, step=step)
+    assert sol.ok, sol.status
+    assert not sol.array("link.theta").any()

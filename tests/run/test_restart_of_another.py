@@ -1,4 +1,4 @@
-"""A restart belongs to one mechanism: one with other wiring is refused, one and the same is taken."""
+"""A restart belongs to one mechanism, not to its steps: other wiring is refused, steps of another size are taken."""
 
 from dataclasses import dataclass, replace
 
@@ -186,3 +186,22 @@ def test_kernels_of_one_factory_are_told_apart():
         times.append(float(sol["a.x"][-1]))
     expected = [np.sin(np.sqrt(k)) / np.sqrt(k) for k in (1.0, 4.0, 9.0)]
     assert times == pytest.approx(expected, abs=1e-6)
+
+
+def pendulum():
+    """Link of 0.5 m that falls from the horizontal."""
+    link = fm.RigidBody("link", (0.25, 0.0), mass=1.0, inertia=0.02)
+    return fm.Mechanism("pendulum", [link, fm.Revolute("pin", fm.GROUND, link, at=(0.0, 0.0))], gravity=(0.0, -9.81))
+
+
+@pytest.mark.parametrize("method", [None, fm.RungeKutta4(), fm.RadauIIA(), fm.DormandPrince()])
+@pytest.mark.parametrize("before", [fm.FixedStep(5e-3), fm.Adaptive()])
+def test_fixed_steps_behind_other_steps(method, before):
+    """A run that goes on takes its own steps, not those of the run before, and is as exact as they are."""
+    first = fm.simulate(pendulum(), t_end=0.5, method=None if method == fm.RungeKutta4() else method, step=before)
+    go_on = {"t_end": 1.0, "restart": first.restart, "save": "steps"}
+    second = fm.simulate(pendulum(), method=method, step=1e-3, **go_on)
+    assert second.ok, second.status
+    assert second.stats.largest_step == pytest.approx(1e-3)
+    finer = fm.simulate(pendulum(), method=method, step=2.5e-4, **go_on)
+    assert second.array("link.theta")[-1] == pytest.approx(finer.array("link.theta")[-1], abs=4e-5)

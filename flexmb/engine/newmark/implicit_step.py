@@ -41,7 +41,7 @@ from flexmb.kernels import compiled
 # Correction of a Newton iteration: right-hand sides, solution, damping, size over the tolerance
 
 ROUND_OFF = 1e-14  # correction relative to the coordinates, below which it is round-off
-LEAST_CORRECTION = 1e-300  # least tolerance of a correction of the state of a control, for states that stay 0
+LEAST_CORRECTION = 1e-300  # least tolerance of a correction, for states of a control and motions that stay 0
 # Correction of the state of a control relative to its size, below which it is round-off of its law.
 STATE_ROUND_OFF = 1e-12
 # Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count.

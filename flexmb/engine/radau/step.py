@@ -11,7 +11,7 @@ from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.energy import count_step, update_balance, update_residual
 from flexmb.engine.linalg.lu import factor_complex, multiply, solve, solve_complex, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, largest_error, state_scale
-from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
+from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, LEAST_CORRECTION, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import (
     AT_END,
@@ -300,7 +300,7 @@ def correction_size(tables, h, options, flow, trial, record, R):
             speed = min(speed, max(flow.largest_speeds[g], trial.control.least_speed))
         wanted = ITERATION_FRACTION * math.sqrt(rtol) * min(options.error, h * rtol * speed)
     round_x, round_t = ROUND_OFF * math.sqrt(far_x), ROUND_OFF * far_t
-    wanted += LEAST_TOLERANCE * h * h * fast
+    wanted += LEAST_TOLERANCE * h * h * fast + LEAST_CORRECTION
     wanted_x, wanted_t = wanted, wanted / options.length
     of_x, of_t = math.sqrt(way) / wanted_x, iteration / wanted_t
     step = record.report
