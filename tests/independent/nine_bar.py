@@ -280,6 +280,14 @@ def step(p, t, h, y, w):
 
 
 @numba.njit(cache=True)
+def follow(p, t, h, count, y, w):
+    """Steps of length h; changes y, returns the reference speed."""
+    for i in range(count):
+        w, _ = step(p, t + i * h, h, y, w)
+    return w
+
+
+@numba.njit(cache=True)
 def turns(p, y, w, h, first, count, result):
     """Turns from turn `first` on; rows of `result`: peak force, peak |S_x''|, flight share, onsets, depth, w."""
     turn = 2.0 * math.pi / p.speed

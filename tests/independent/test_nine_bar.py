@@ -14,9 +14,13 @@ from flexmb.mechanisms.nine_bar import NineBarPose
 DATA = NineBarData()
 RULES = {"onset": own.PRINTED, "largest": own.LARGEST}
 LEAST = 1e-6
-SKIP, TURNS, BLOCKS, PERIODS = 8, 60, 12, 200
-LOOKS, APART = 50, 1e-8
-"""How often in a turn a neighbour is put back, and its distance [rad]; contacts make 1e-10 round-off (1 1/s more)."""
+SKIP, TURNS, BLOCKS, PERIODS = 8, 60, 12, 100
+LOOKS, APART, FINE = 50, 1e-7, 5e-7
+"""How often in a turn a neighbour is put back, its distance [rad], and steps for it [s].
+
+Contacts make 1e-10 of round-off, by which exponents of neighbours 1e-9 rad apart are too large by 2 1/s.  Steps of
+5e-6 s leap over the corners of friction and reference speed, by which they are too large by 1 to 3 1/s.
+"""
 
 QUANTITIES = ("peak force", "peak acceleration of the slider", "share of free flight")
 
@@ -45,7 +49,7 @@ def mechanism(speed, clearance, rule="onset"):
     return nine_bar(speed * math.pi, clearance=clearance, ramp=2.0 * 2.0 / speed, data=data)
 
 
-def by_integrator(speed, clearance, rule, h=5e-6, skip=SKIP, turns=TURNS):
+def by_integrator(speed, clearance, rule, h=1e-6, skip=SKIP, turns=TURNS):
     """Rows (turns, 3) of `QUANTITIES`."""
     p, y = model(speed, clearance, rule)
     rows = np.zeros((skip + turns, 6))
@@ -114,7 +118,7 @@ def test_exponents(speed, clearance, rule, rtol):
     p, y = model(speed, clearance, rule)
     w = own.turns(p, y, 0.0, 5e-6, 0, 20, np.zeros((20, 6)))
     logs = np.zeros(PERIODS)
-    own.growth(p, y, w, 5e-6, 20, PERIODS, LOOKS, APART, logs)
+    own.growth(p, y, w, FINE, 20, PERIODS, LOOKS, APART, logs)
     wanted, wide = mean_and_error(logs[PERIODS // 10 :] * 0.5 * speed)
     flow = fm.chaos.MechanismFlow(
         mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=rtol, max=2e-4), period=2.0 / speed
@@ -124,6 +128,51 @@ def test_exponents(speed, clearance, rule, rtol):
     text = f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {both}"
     print(text)
     assert abs(found.value - wanted) <= 3.0 * math.hypot(found.error, wide), text
+
+
+def growth_of_neighbours(p, t, span, y, direction, apart, weights, h=2e-7):
+    """Logarithm of the growth of a small difference in free flight at t [s], in a time `span` [s]."""
+    ends = []
+    for sign in (1.0, -1.0):
+        z = y + sign * apart * direction
+        own.follow(p, t, h, round(span / h), z, 0.0)
+        ends.append(z)
+    return math.log(np.linalg.norm(weights * (ends[0] - ends[1])) / (2.0 * apart))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rule", RULES)
+def test_growth_of_small_differences(rule):
+    """Tangents beside neighbours of the integrator on the same 100 pieces of chaotic motion."""
+    p, begin = model(2.0, 0.5e-3, rule)
+    flow, fine = [
+        fm.chaos.MechanismFlow(mechanism(2.0, 0.5e-3, rule), step=fm.Adaptive(rtol=rtol, max=longest), period=1.0)
+        for rtol, longest in ((1e-6, 2e-4), (1e-9, 1e-5))
+    ]
+    place = [flow.state_names[f"{link}.{x}"] for x in ("theta", "omega") for link in ("link3", "link2")]
+    turned, weights = begin[:2] - flow.state()[place[:2]], np.array([1.0, 1.0, 0.5 / math.pi, 0.5 / math.pi])
+    W, span, found = flow.tangent_basis(1, seed=1), 0.0137, []
+    flow.advance(8.0)
+    while len(found) < 100:
+        flow.advance(span, W)
+        W /= np.linalg.norm(weights * W[place, 0])
+        y, t = flow.state()[place], flow.time
+        y[:2] += turned
+        if own.motion(p, t, y[:2], y[2:], 0.0)[3] > -1e-7:
+            continue  # in contact, or nearly
+        far, near = [growth_of_neighbours(p, t, span, y, W[place, 0], apart, weights) for apart in (1e-7, 1e-8)]
+        if abs(far - near) > 0.05:
+            continue  # a contact that nearly ends the difference, and leaves its round-off
+        carried = W.copy()
+        fine.reset(flow.state(), time=t)
+        fine.advance(span, carried)
+        found.append((math.log(np.linalg.norm(weights * carried[place, 0])), far))
+    ours, theirs = np.array(found).T
+    print(rule, "ln growth", ours.sum(), "integrator", theirs.sum(), "largest difference", np.abs(ours - theirs).max())
+    assert theirs.sum() > 50.0
+    assert ours.sum() == pytest.approx(theirs.sum(), rel=5e-3)
+    assert np.abs(ours - theirs).max() < 0.2
+    assert np.median(np.abs(ours - theirs)) < 3e-3
 
 
 @pytest.mark.slow
