@@ -267,9 +267,8 @@ class Mechanism(metaclass=arguments.CheckedType):
     def find(self, name: Part | str) -> Part:
         """The part of that name, or `ModelError` with the nearest name; a part stands for its name."""
         name = name_of(name)
-        part = {GROUND.name: GROUND, **self._by_name}.get(name) if isinstance(name, str) else None
-        if part is not None:
-            return part
+        if isinstance(name, str) and (name == GROUND.name or name in self._by_name):
+            return GROUND if name == GROUND.name else self._by_name[name]
         raise UnknownPartError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
 
     def body(self, name: str, owner: str = "") -> Body:

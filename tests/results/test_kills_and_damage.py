@@ -47,7 +47,7 @@ def test_killed_at_random_instants_runs_end_with_the_same_bits(tmp_path, monkeyp
     monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200)
     checkpoint, result = tmp_path / "run.checkpoint.nc", tmp_path / "run.nc"
     whole, rng, done, resumed = run(), random.Random(kills), 0, 0
-    options = {"checkpoint": checkpoint, "checkpoint_every": 0.0 if run is crank else 0.05}
+    options = {"checkpoint": checkpoint, "checkpoint_every": 0.0 if run is crank else 0.01}
     run(**options)  # imports what writes files
     began = time.perf_counter()
     run(**options)
