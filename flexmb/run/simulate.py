@@ -92,7 +92,7 @@ def simulate(
         digits; `RungeKutta4()`, which needs `FixedStep`.
     start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
         "equilibrium" for the same, or one with `spin`, which turns; None: the reference configuration.
-    restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
+    restart : `restart` of a solution of the same model; with the same step and method the run goes on bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
         "least-norm": of all multipliers that give the motion those with the least sum of squares are taken.  Forces in
