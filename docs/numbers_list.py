@@ -138,6 +138,7 @@ engine.step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with
 engine.step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
 engine.step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
 engine.step.step_size.FIRST_STEP | 1 | largest step | first step of a run
+engine.step.step_size.SHORT_STEP | 1 | fixed step | fixed step behind which a starting step follows
 engine.step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
 engine.step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
 statics.start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed

@@ -26,7 +26,7 @@ from flexmb.engine.state.flow import new_flow, new_trial, rigid_coordinates
 from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
 from flexmb.engine.step.contact_events import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.engine.step.method import Method
-from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, FixedStep
+from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, SHORT_STEP, Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError
@@ -194,6 +194,7 @@ NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]
 # Round-off of coordinates over the size of the mechanism from which they have no digits left.
 LARGEST_ROUND_OFF = 1e-3
 STOPPED_AFTER = "Stopped after"
+REDUNDANT = "redundant"  # name of the number of redundant constraint equations in a restart
 # Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run.
 AFTER_BLOCK: ContextVar[Callable[[Run], None] | None] = ContextVar("function after each block of a run", default=None)
 
@@ -241,8 +242,7 @@ class Run:
         with naming_kernels(self):
             self.stepper.evaluate(self)
         start_balance(flow.ledger, flow.balance)
-        begun = flow.z.copy()
-        flow.z[:] = self.work.z_new
+        begun, flow.z[:] = flow.z.copy(), self.work.z_new
         close_round_off_gaps(self.program, begun, flow)
         start_episodes(self.program.tables, flow)
         flow.largest_states[:] = np.abs(flow.v[self.program.tables.sizes.n_b : n])
@@ -270,23 +270,30 @@ class Run:
     def resume(self, restart: Mapping[str, np.ndarray], label: str, *, redundant: bool = False) -> None:
         """Take the final state of another run of the same model."""
         if not isinstance(restart, Mapping):
-            text = f"{label}: restart is {restart!r}"
-            raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
+            raise InputError(f"{label}: restart is {restart!r}; it must be `restart` of a solution of this mechanism.")
         try:
             self.record.signals[:] = fitting(restart, "signals", self.record.signals)
             self.flow.restore(restart)
             self.stepper.restore(restart)
-            if isinstance(self.step, FixedStep):
-                self.flow.clock.step_size = self.h_max  # the run before may have had other steps
+            self.keep_fixed_step()
         except ValueError as error:
             text = f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond"
             raise InputError(f"{text} its limits). Use `restart` of a solution of the same mechanism.") from error
         refuse_other_model(self.program, restart, label)
         refuse_broken_clock(self.flow.clock, label)
+        if REDUNDANT in restart and not redundant:
+            raise InputError(f"{label}: the run of the restart had redundant joints. Give redundant='least-norm', too.")
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
             self._set_redundancy(len(surplus_rows(G)))
         begin_watch(self)
+
+    def keep_fixed_step(self) -> None:
+        """Set the size of fixed steps; a step after a much shorter one is a starting step."""
+        if isinstance(self.step, FixedStep):
+            self.flow.clock.step_size = self.h_max
+            if self.flow.clock.last_step < SHORT_STEP * self.h_max:
+                self.flow.clock.last_step, self.flow.x[:] = 0.0, self.flow.a
 
     def _set_redundancy(self, redundant: int) -> None:
         """Set the number of constraint equations that are redundant in every pose."""
@@ -468,6 +475,7 @@ class Run:
         """Present state by name, from which a run of the same model continues bit for bit."""
         # `Flow`, signals, fingerprint, arrays of the method (`Stepper.saved`); group `restart` of `results/netcdf.py`.
         own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
+        own |= {REDUNDANT: np.array([self.redundant])} if self.redundant else {}
         return {**self.flow.saved(), **own, **self.stepper.saved()}
 
     def stats(self, wall_time: float = 0.0) -> Stats:

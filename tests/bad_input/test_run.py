@@ -45,7 +45,7 @@ REFUSED = [
     ({"t_end": 1.0, "max_steps": "many"}, "simulate 'swing': max_steps is 'many'; it must be a whole number."),
     ({"t_end": 1.0, "redundant": "least"}, "redundant is 'least'. Did you mean 'least-norm'?"),
     ({"t_end": 1e-300}, "t_end is 1e-300 s; it must be at least 1e-100 s."),
-    ({"t_end": 1.0, "restart": 5}, "restart is 5; it must be `restart` of a solution of the same mechanism."),
+    ({"t_end": 1.0, "restart": 5}, "restart is 5; it must be `restart` of a solution of this mechanism."),
     ({"t_end": 1.0, "restart": {}}, "restart does not fit this model"),
 ]
 

@@ -205,3 +205,42 @@ def test_fixed_steps_behind_other_steps(method, before):
     assert second.stats.largest_step == pytest.approx(1e-3)
     finer = fm.simulate(pendulum(), method=method, step=2.5e-4, **go_on)
     assert second.array("link.theta")[-1] == pytest.approx(finer.array("link.theta")[-1], abs=4e-5)
+
+
+@pytest.mark.parametrize("tiny", [1e-9, 1e-11, 1e-12])
+def test_fixed_steps_behind_a_tiny_step(tiny):
+    """Accelerations of a step of a nanosecond are round-off over its square, and were carried over into a whole one."""
+    whole = fm.simulate(pendulum(), t_end=1.0, step=1e-3)
+    first = fm.simulate(pendulum(), t_end=0.3003, step=1e-3)
+    second = fm.simulate(pendulum(), t_end=0.3003 + tiny, step=1e-3, restart=first.restart, save="steps")
+    third = fm.simulate(pendulum(), t_end=1.0, step=1e-3, restart=second.restart)
+    assert third.ok, third.status
+    assert third.peak("pin.fy").value == pytest.approx(whole.peak("pin.fy").value, rel=1e-3)
+    assert third.array("link.theta")[-1] == pytest.approx(whole.array("link.theta")[-1], abs=2e-5)
+
+
+@pytest.mark.parametrize("later", [1e-9, 1e-10])
+def test_saving_that_begins_a_moment_behind_a_sample(later):
+    """A run without restart has such a step, too."""
+    link = fm.RigidBody("link", (0.25, 0.0), mass=1.0, inertia=0.02)
+    pin, torque = fm.Revolute("pin", fm.GROUND, link, at=(0.0, 0.0)), fm.Torque("torque", link, 1.0)
+    servo = fm.PID("servo", "link.theta", "torque", kp=5.0, ki=1.0, kd=0.5, target=0.3, sample=0.01)
+    mech = fm.Mechanism("arm", [link, pin, torque, servo])
+    wanted, found = [
+        fm.simulate(mech, t_end=0.4, step=1e-3, save_from=0.2 + x).peak("pin.fx").value for x in (0.0, later)
+    ]
+    assert found == pytest.approx(wanted, rel=1e-2)
+
+
+def test_joints_that_repeat_one_another_behind_a_restart():
+    """Their forces would be anything, as in a run that begins so."""
+    crank, rod, rest = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), [], []
+    bar = fm.RigidBody("bar", (1.0, 1.0), mass=1.0, inertia=0.1)
+    for k, (x, y) in enumerate(crank):
+        rod.append(fm.RigidBody(f"rod{k}", (x, y + 0.5), mass=1.0, inertia=0.1))
+        rest += [fm.Revolute(f"O{k}", fm.GROUND, rod[k], at=(x, y)), fm.Revolute(f"A{k}", rod[k], bar, at=(x, y + 1.0))]
+    mech = fm.Mechanism("parallel", [bar, *rod, *rest], gravity=(0.3, -9.81))
+    first = fm.simulate(mech, t_end=0.01, step=1e-3, redundant="least-norm")
+    assert fm.simulate(mech, t_end=0.02, step=1e-3, restart=first.restart, redundant="least-norm").ok
+    with pytest.raises(InputError, match="redundant='least-norm'"):
+        fm.simulate(mech, t_end=0.02, step=1e-3, restart=first.restart)

@@ -393,6 +393,7 @@ class MechanismFlow(ContinuousFlow):
     def restore(self, snapshot: Any) -> None:
         arrays, signals, self.run.code, self.run.note, self.ok, self.status = snapshot
         self.run.flow.restore(arrays)
+        self.run.keep_fixed_step()
         self.run.record.signals[:] = signals
 
     def copy(self) -> Self:

@@ -15,6 +15,7 @@ from flexmb.engine.state.record import DONE, FORMS, NOT_EVALUATED, RUNNING, STEP
 from flexmb.engine.step.acceptance import accept, finished, step_to_try
 from flexmb.engine.step.contact_events import update_impacts
 from flexmb.engine.step.method import Method, Stepper
+from flexmb.engine.step.step_size import SHORT_STEP
 from flexmb.engine.system.outputs import write_extrema
 from flexmb.fields import field, one_of, positive, record
 from flexmb.kernels import compiled, copy
@@ -70,6 +71,8 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
             restarts = restarts or error_control.crosses_jump(tables, address, h, options, flow, trial, work, record)
             error_control.update_step_sizes(h, growth, options, flow)
+        else:
+            restarts = h < SHORT_STEP * flow.clock.step_size
         update_predictor(tables, h, options.length, flow, trial, work)
         code = accept(tables, address, h, options, flow, trial, work, record, False)
         flow.clock.last_step = 0.0 if restarts else h
