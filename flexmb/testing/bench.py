@@ -87,6 +87,7 @@ RESULTS = {  # names of returned numbers by contract; other kernels write to arr
 }  # fmt: skip
 
 SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry
+ROUNDINGS = 100.0  # the same for a signal, over what the last digits of q change: sums over the nodes of a cell
 State = dict[str, Any]
 Values = dict[str, np.ndarray]
 
@@ -115,7 +116,6 @@ class TestedKernel:
         first, second = self._python(state), self._python(state)
         for name, value in first.items():
             self._finite(name, value, state)
-        for name, value in first.items():
             where = value != second[name]
             if np.any(where):
                 both = f"{at(value, where):.17g} and then {at(second[name], where):.17g}"
@@ -140,8 +140,7 @@ class TestedKernel:
         return KernelError(f"{self.label}: {text}. State: {listed}.")
 
     def _finite(self, name: str, value: np.ndarray, state: State) -> None:
-        bad = ~np.isfinite(value)
-        if np.any(bad):
+        if np.any(bad := ~np.isfinite(value)):
             raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
 
     def same(self, state: State, expected: Values, sizes: dict[str, float], other: str) -> None:
@@ -153,8 +152,7 @@ class TestedKernel:
                 both = f"{at(values[name], where):.12g}, where {other!r} gives {at(value, where):.12g}"
                 raise self.fault(f"{entry(name, where)} is {both}; both must say the same", state)
 
-    @staticmethod
-    def _size(name: str, values: Values, state: State, sizes: dict[str, float]) -> float:
+    def _size(self, name: str, values: Values, state: State, sizes: dict[str, float]) -> float:
         """Magnitude to which round-off is related: a force is a difference of terms as large as K q."""
         size = float(np.abs(values[name]).max(initial=0.0)) + sizes.get(name, 0.0)
         if name in sizes:
@@ -164,12 +162,14 @@ class TestedKernel:
                 size += float(np.abs(values[matrix]).max(initial=0.0) * np.abs(state["q"]).max(initial=1.0))
         if name in ("strain", "gravity"):
             size += float(np.abs(values["strain"]) + np.abs(values["gravity"]))
+        if name == "value":  # a signal, such as a stress, by differences of places: what their last digit changes
+            near = self({**state, "q": np.nextafter(state["q"], np.inf)})[name]
+            size += ROUNDINGS / SAME * abs(float(near - values[name]))
         return size
 
     def _python(self, state: State) -> Values:
         """Outputs of the plain Python function, given copies of the inputs."""
-        mine = {name: x.copy() if isinstance(x, np.ndarray) else x for name, x in state.items()}
-        mine["p"] = self.p.copy()
+        mine = {name: x.copy() if isinstance(x, np.ndarray) else x for name, x in state.items()} | {"p": self.p.copy()}
         try:
             with np.errstate(all="ignore"):
                 outputs = self._outputs(self.kernel.python, mine)

@@ -87,9 +87,9 @@ def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> No
     elif isinstance(contribution, ControlContribution):
         check_control(bench, contribution)
     elif isinstance(contribution, SignalContribution):
-        tested, largest = TestedKernel(bench.owner, contribution.kernel, contribution.p), 0.0
-        for state in reversed([*bench.states(contribution.coordinates, "t q v a")]):  # large values tell the round-off
-            largest = max(largest, abs(float(tested.checked_call(state, {"value": largest})["value"])))
+        tested = TestedKernel(bench.owner, contribution.kernel, contribution.p)
+        for state in bench.states(contribution.coordinates, "t q v a"):
+            tested.checked_call(state)
             bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
 
 
