@@ -213,6 +213,15 @@ class Mechanism(metaclass=arguments.CheckedType):
         return tuple([part for part in self.parts if isinstance(part, Controller)])
 
     @cached_property
+    def controllers_of(self) -> dict[str, list[Controller]]:
+        """The controllers of each load by its name."""
+        found: dict[str, list[Controller]] = {}
+        for part in self.controllers:
+            for load in part.control().loads:
+                found.setdefault(load, []).append(part)
+        return found
+
+    @cached_property
     def _by_name(self) -> dict[str, Part]:
         return {part.name: part for part in self.parts}
 

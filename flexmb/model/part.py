@@ -493,11 +493,10 @@ class Controller(Part):
             if element.factor is not None:
                 text = f"{self.label}: {load.label} has a history, and would be multiplied twice"
                 raise ModelError(f"{text}. Leave the history out, and let the control law depend on time.")
-        for other in mechanism.controllers:
-            twice = set(self.control().loads) & set(other.control().loads)
-            if other.name < self.name and twice:  # told once
-                text = f"{self.label} and {other.label} both control {sorted(twice)[0]!r}"
-                raise ModelError(f"{text}. Give each a load of its own; forces on one body add up.")
+            for other in mechanism.controllers_of[name]:
+                if other.name < self.name:  # told once
+                    text = f"{self.label} and {other.label} both control {name!r}"
+                    raise ModelError(f"{text}. Give each a load of its own; forces on one body add up.")
 
 
 def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str, *, with_memory: bool = False) -> None:

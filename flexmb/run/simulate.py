@@ -31,7 +31,7 @@ from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
 from flexmb.results.solution import SAVED_KEY, STEPS_KEY, Solution, Stats, UnknownSignalError, matching
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
-from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts, uncomputed_signals
+from flexmb.run.run import KEYBOARD, NOT_SAVING, TERMINATION, Interruption, Run, passed_contacts, uncomputed_signals
 from flexmb.run.saving import SaveGrid, reset_peaks, save_grid, shown_save
 from flexmb.run.stopping import Condition, StopConditions, lost_control
 from flexmb.statics.found import Equilibrium
@@ -144,8 +144,7 @@ def simulate(
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
-    if restart is None:
-        command["start velocities"] = digest({"v": program.reference.v})
+    command |= {} if restart is not None else {"start velocities": digest({"v": program.reference.v})}
     kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=redundant == LEAST_NORM)
@@ -172,6 +171,7 @@ def _run_through(run: Run, stopping: StopConditions, begin: float, end: float, g
     """Run to the begin of saving and to the end [s]; `fresh`: without a restart."""
     stopping.watch(run, faults_alone=True)
     if run.flow.clock.t < begin:
+        run.flow.clock.save_start = NOT_SAVING  # a restart has the instant at which the run before began to save
         run.run_to(begin, saving=None)
         reset_peaks(run)
     stopping.watch(run, fresh=fresh)

@@ -86,6 +86,20 @@ def test_what_contacts_only_note_is_known():
     assert len(here) > 0
 
 
+def test_a_snapshot_of_other_parameters_is_refused():
+    """It would go on with forces and energies of another mechanism."""
+    flow, other = fm.chaos.MechanismFlow(worn(3000.0)), fm.chaos.MechanismFlow(worn(3000.0))
+    flow.advance(0.002)
+    other.reset(parameters={"B.clearance": 2e-4})
+    with pytest.raises(InputError, match=r"'B.clearance': 0.0002.*reset\(state, parameters"):
+        other.restore(flow.snapshot())
+    other.reset(parameters={"B.clearance": 5e-4})
+    later = other.snapshot()
+    other.advance(0.002)
+    other.restore(later)
+    assert other.time == 0.0
+
+
 @pytest.mark.slow
 def test_a_hard_look_is_divided_and_others_are_not():
     plan = Schedule(stiff(), systems.TURN, 0, 50)

@@ -244,3 +244,11 @@ def test_joints_that_repeat_one_another_behind_a_restart():
     assert fm.simulate(mech, t_end=0.02, step=1e-3, restart=first.restart, redundant="least-norm").ok
     with pytest.raises(InputError, match="redundant='least-norm'"):
         fm.simulate(mech, t_end=0.02, step=1e-3, restart=first.restart)
+
+
+@pytest.mark.parametrize("saved", [{}, {"save_from": 0.2}])
+def test_saving_that_begins_behind_a_restart(saved):
+    """Instants are counted from `save_from`, as without a restart, not from where the run before began to save."""
+    first = fm.simulate(pendulum(), t_end=0.3, **saved)
+    second = fm.simulate(pendulum(), t_end=1.0, restart=first.restart, save_from=0.55, save=0.1)
+    assert second.time == pytest.approx([0.55, 0.65, 0.75, 0.85, 0.95, 1.0], abs=1e-12)

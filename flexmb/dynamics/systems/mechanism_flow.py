@@ -72,7 +72,7 @@ class MechanismFlow(ContinuousFlow):
     ) -> None:  # fmt: skip
         if not isinstance(mechanism, Mechanism):
             raise InputError(f"MechanismFlow: {mechanism!r} is not a Mechanism.")
-        self.name = mechanism.name
+        self.base, self.name, self.changes = mechanism, mechanism.name, dict[str, Any]()
         label = self._label
         refuse_controllers(mechanism, label, "the tangents of a motion do not carry controllers along")
         if method is not None and not (isinstance(method, Newmark) and method.has_tangent):
@@ -81,7 +81,6 @@ class MechanismFlow(ContinuousFlow):
         self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
         self.method = Newmark.generalised_alpha() if method is None else method
         self.declared = None if period is None else checks.positive(label, "period", period, "s")
-        self.base, self.changes = mechanism, dict[str, Any]()
         ahead.start(*self.method.loops)
         self.reset()
 
@@ -305,8 +304,7 @@ class MechanismFlow(ContinuousFlow):
             return float(self.state()[n + signal] if signal < n else self.run.flow.a[signal - n])
         if signal < 3 * n:
             return float(self.velocity()[self._row(signal)])
-        tau, rates = INSTANT * self.run.h_max, self.velocity()
-        x = self.state()
+        tau, x, rates = INSTANT * self.run.h_max, self.state(), self.velocity()
         ahead, behind = (self._signal_at(signal, x + s * rates, self.time + s) for s in (tau, -tau))
         return (ahead - behind) / (2.0 * tau)
 
@@ -316,8 +314,7 @@ class MechanismFlow(ContinuousFlow):
         x, weights, slopes = self.state(), self.weights, []
         scale = NUDGE * np.sqrt(float(weights @ x**2) or 1.0)
         for w in tangents.T:
-            length = np.sqrt(float(weights @ w**2)) or float(np.abs(w).max()) or 1.0
-            step = scale / length
+            step = scale / (np.sqrt(float(weights @ w**2)) or float(np.abs(w).max()) or 1.0)
             up, down = (self._signal_at(signal, x + s * w, self.time) for s in (step, -step))
             slopes.append((up - down) / (2.0 * step))
         return np.array(slopes)
@@ -328,12 +325,10 @@ class MechanismFlow(ContinuousFlow):
 
     def _signal_at(self, signal: int, state: np.ndarray, time: float) -> float:
         """A signal in another state, whose accelerations and forces follow from positions, velocities and histories."""
-        n, run, here = self.program.n_q, self.run, self.snapshot()
+        n, run, flow, here = self.program.n_q, self.run, self.run.flow, self.snapshot()
         q, v, z = state[:n], state[n : 2 * n], state[2 * n : -2 * n]
         a, lam = accelerations(self.program, q, v, time, z)
-        arrays = run.flow
-        arrays.q[:n], arrays.v[:n], arrays.a[:n], arrays.lam[:], arrays.z[:] = q, v, a, lam, z
-        arrays.clock.t = time
+        flow.q[:n], flow.v[:n], flow.a[:n], flow.lam[:], flow.z[:], flow.clock.t = q, v, a, lam, z, time
         run.evaluate()
         value = float(run.record.signals[signal])
         self.restore(here)
@@ -388,10 +383,16 @@ class MechanismFlow(ContinuousFlow):
 
     def snapshot(self) -> Any:
         run = self.run  # arrays of `Flow`, signals, code and note of the last step
-        return run.flow.saved(), run.record.signals.copy(), run.code, run.note, self.ok, self.status
+        return run.flow.saved(), run.record.signals.copy(), self.changes, run.code, run.note, self.ok, self.status
 
     def restore(self, snapshot: Any) -> None:
-        arrays, signals, self.run.code, self.run.note, self.ok, self.status = snapshot
+        arrays, signals, changes, *ending = snapshot
+        if changes != self.changes:
+            text = f"{self._label}: the snapshot belongs to the parameters {changes}, the flow has {self.changes}"
+            raise InputError(
+                f"{text}. With other parameters a motion begins from state(): reset(state, parameters=...)."
+            )
+        self.run.code, self.run.note, self.ok, self.status = ending
         self.run.flow.restore(arrays)
         self.run.keep_fixed_step()
         self.run.record.signals[:] = signals
