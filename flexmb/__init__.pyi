@@ -118,3 +118,4 @@ from flexmb.statics.equilibrium import static_equilibrium as static_equilibrium
 from flexmb.statics.inverse_dynamics import inverse_dynamics as inverse_dynamics
 from flexmb.statics.modes import modes as modes
 from flexmb.statics.start.assemble import assemble as assemble
+from flexmb.version import __version__ as __version__

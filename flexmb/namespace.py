@@ -28,7 +28,7 @@ def lazy_names(
     # the former goes.
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     homes = {name: home for home, name in _IMPORT.findall(stub)}
-    names = sorted(homes)
+    names = sorted(name for name in homes if name[0] != "_")
 
     def get(name: str) -> Any:
         if former is not None and name in former:

@@ -29,3 +29,6 @@ def versions() -> str:
     fast = ".".join(map(str, FAST_NUMBA[0]))
     how = "compiles fast" if compiles_fast(numba_version) else f"compiles slowly; fast is {fast}"
     return f"flexmb {installed_version()}, Python {platform.python_version()}, numba {numba_version} ({how})"
+
+
+__version__ = installed_version()

@@ -7,6 +7,8 @@ import tomllib
 
 import pytest
 
+import flexmb as fm
+
 yaml = pytest.importorskip("yaml", reason="needs the requirements of the tests: pip install --group test")
 
 ACTION = re.compile(r"uses: [\w.-]+/[\w.-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+")
@@ -48,6 +50,7 @@ def test_every_file_has_the_version_of_the_package(root, version, recipe):
     cited = yaml.safe_load((root / "CITATION.cff").read_text(encoding="utf-8"))
     assert cited["version"] == recipe["context"]["version"] == version
     assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    assert fm.__version__ == version
 
 
 def test_changes_begin_with_the_version(root, version):
