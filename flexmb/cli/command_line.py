@@ -1,5 +1,7 @@
 """The command line: `flexmb COMMAND`; flexmb/cli/arguments/index.py lists the commands."""
 
+import atexit
+import gc
 import io
 import os
 import re
@@ -20,6 +22,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, of typed or given arguments."""
     # Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130
     # interrupted from the keyboard.
+    if arguments is None:  # a process of its own looks seldom through numba's million objects, and at its end once
+        gc.set_threshold(50_000, 20, 100)
+        atexit.register(gc.freeze)  # called after `collect`
+        atexit.register(gc.collect)
     given = with_negative_numbers(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of parts that the terminal cannot show
@@ -50,8 +56,7 @@ def explained(error: Exception) -> tuple[int, str]:
         package = error.name.partition(".")[0]
         return REFUSED, f"the package {package!r} is missing. Install it: pip install {package}"
     if isinstance(error, OSError):
-        place = f"{error.filename}: " if error.filename else ""
-        return REFUSED, f"{place}{error.strerror or error}"
+        return REFUSED, ": ".join(str(said) for said in (error.filename, error.strerror or error) if said)
     if isinstance(error, MemoryError):
         return REFUSED, "there is not enough memory. Save fewer instants or signals, or run shorter."
     return FAULT, f"{type(error).__name__}: {error}. That should not happen; the same command with --debug shows where."
@@ -81,9 +86,7 @@ def _dispatch(given: list[str]) -> int:
     parser, maker_options = parser_of(source, given[0] if given else "")
     commands = {command.name: command for command in COMMANDS}
     if not given:
-        parser.error(
-            f"say what to do.\n{EXAMPLES}\n`flexmb list` names the ready mechanisms, `flexmb --help` all commands."
-        )
+        parser.error(f"say what to do.\n{EXAMPLES}\n`flexmb list` names mechanisms, `flexmb --help` all commands.")
     if given and not given[0].startswith("-") and given[0] not in commands:
         parser.error(f"there is no command {given[0]!r}. {did_you_mean(given[0], commands)}")
     options, unknown = parser.parse_known_args(given)

@@ -58,7 +58,6 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
         written.append(report(diagram, folder / "bifurcation.html"))
     bad = ~diagram["ok"].values
     failed = f"{bad.sum()} of {bad.size} points failed; the first one: " if bad.any() else ""
-    # Number of points by verdict, as a text
     verdicts = Counter(str(verdict) or "failed" for verdict in diagram["verdict"].values.ravel())
     parameter = diagram.attrs["parameter"]
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")

@@ -1,5 +1,6 @@
 """The command line from argument to file: what it writes, what it refuses, with which exit code."""
 
+import gc
 import json
 import re
 import subprocess
@@ -428,6 +429,34 @@ def test_help_and_version_do_not_wait_for_numba(root):
         done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)
         assert done.returncode == 0, done.stderr
         assert word in done.stdout
+
+
+LEFT = """
+import flexmb as fm
+
+class Log:
+    def __init__(self):
+        self.me = self
+
+    def __del__(self, opened=open):
+        with opened("garbage.txt", "w") as file:
+            file.write("written")
+
+Log()
+mech = fm.mechanisms.slider_crank(10.0)
+"""
+
+
+def test_what_is_left_to_the_collector_is_written_when_a_command_ends(tmp_path):
+    """A command looks for garbage seldom, and once at its end; commands called from Python leave Python as it is."""
+    (tmp_path / "model.py").write_text(LEFT)
+    command = [sys.executable, "-m", "flexmb", "check", "model.py"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "garbage.txt").read_text() == "written"
+    before = gc.get_threshold()
+    assert main(["list"]) == 0
+    assert gc.get_threshold() == before
 
 
 def test_ready_mechanisms_are_listed_as_they_are_run():

@@ -102,8 +102,8 @@ class Source:
                 raise
             raise InputError(f"{self.file}, {_told(error, self.file)}") from error
         if not isinstance(mechanism, Mechanism):
-            text = f"{self.name}: the function returned {type(mechanism).__name__}"
-            raise InputError(f"{text}; it must return a Mechanism.")
+            kind = type(mechanism).__name__
+            raise InputError(f"{self.name}: the function returned {kind}; it must return a Mechanism.")
         return mechanism
 
 
@@ -138,8 +138,7 @@ def find(text: str) -> Source:
         return _from_file(Path(path), name if colon else None)
     makers, plain = ready(), text.replace("_", "-")
     if plain not in makers:
-        hint = checks.did_you_mean(plain, makers)
-        raise InputError(f"{text!r} is no mechanism and no file ending in .py. {hint}")
+        raise InputError(f"{text!r} is no mechanism and no file ending in .py. {checks.did_you_mean(plain, makers)}")
     return Source(plain, makers[plain])
 
 
