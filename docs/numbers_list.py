@@ -274,6 +274,7 @@ engine.sensitivity.tangent_step.MOST_ROUNDS | iterations | nothing | iterations 
 engine.sensitivity.tangent_step.CONVERGED_CHANGE | 1 | carried differences | change that is round-off
 engine.sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | change that has to become smaller
 engine.sensitivity.tangent_step.LEAST_PIVOT | N/m | nothing | keeps a division from zero
+engine.sensitivity.tangent_step.LATEST_END | 1 | a step | a force that ends later by its last change has no kink in it
 engine.sensitivity.tangent_step.VERY_END | 1 | a step | an onset behind it belongs to the next step
 engine.sensitivity.tangent_step.WEIGHT_OF_MASS | 1 | that of a step | mass matrix for accelerations alone
 engine.sensitivity.parameters.PART_OF_INPUT | 1 | input of a law | difference of inputs for the slope of a sampled law

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from designs import CENTRAL, SMOOTH, WITH_IMPACTS, Case, ball
+from scipy.optimize import brentq
 
 import flexmb as fm
 from flexmb.design.parameters import ParameterModel
@@ -159,3 +160,47 @@ def test_mean_of_a_signal_that_jumps_with_a_load(step):
     found = fm.design.sensitivity(pushed, {"force": 3.0}, of=[fm.design.mean("body.ax")], t_end=1.0, step=step)
     assert float(found.measures.amount[0]) == pytest.approx(0.75, rel=1e-9)
     assert float(found.measures.derivative[0, 0]) == pytest.approx(0.25, rel=1e-9)
+
+
+def after_a_stop(stiffness: float, damping: float, t: float) -> tuple[float, float]:
+    """Height and speed of 1 kg, thrown up from 20 mm above a stop with 1 m/s, at an instant after its first bounce."""
+    g, drop = 9.81, 0.02
+    onset = (1.0 + np.sqrt(1.0 + 2.0 * g * drop)) / g
+    speed, decay = g * onset - 1.0, 0.5 * damping
+    w, rest = np.sqrt(stiffness - decay**2), g / stiffness  # the depth oscillates about `rest`
+
+    def depth(s: float) -> np.ndarray:
+        """Depth and its rate at the time s after the onset."""
+        a, b = -rest, (speed - decay * rest) / w
+        c, d = np.cos(w * s), np.sin(w * s)
+        wave = np.exp(-decay * s)
+        return np.array([rest + wave * (a * c + b * d), wave * ((b * w - decay * a) * c - (a * w + decay * b) * d)])
+
+    def force(s: float) -> float:
+        return float(depth(s) @ [stiffness, damping])
+
+    ends = brentq(force, 0.75 * np.pi / w, 1.25 * np.pi / w, xtol=1e-15)
+    (deep, rate), later = depth(ends), t - onset - ends
+    assert later > 0.0
+    return -drop - deep - rate * later - 0.5 * g * later**2, -rate - g * later
+
+
+@pytest.mark.parametrize("damping", [0.0, 10.0])
+@pytest.mark.parametrize(("rtol", "limit"), [(1e-4, 1.6e-2), (1e-6, 6e-4)])
+def test_a_force_that_ends_with_a_kink(damping, rtol, limit):
+    """The stiffness of a stop falls at once: where the gap opens, and with a damper before, where the force is zero."""
+
+    def model(stiffness):
+        body = fm.RigidBody("b", (0.0, 0.0), 1.0, 0.1, velocity=(0.0, 1.0, 0.0))
+        guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.0), along=(0.0, 1.0))
+        stop = fm.Stop("stop", joint="guide", below=-0.02, normal=fm.KelvinVoigt(stiffness, damping))
+        return fm.Mechanism("bounce", [body, guide, stop], gravity=(0.0, -9.81))
+
+    k, h = 2e3, 1.0
+    for end in (0.31, 0.35, 0.4):
+        of, step = [fm.design.at_end("b.y"), fm.design.at_end("b.vy")], fm.Adaptive(rtol=rtol)
+        found = fm.design.sensitivity(model, {"stiffness": k}, of=of, t_end=end, step=step)
+        expected = sum(weight / h * np.array(after_a_stop(k + place * h, damping, end)) for place, weight in CENTRAL)
+        missed = np.abs(found.measures.derivative.values[:, 0] - expected)
+        assert missed[0] < limit * 2.6e-5  # largest in the contact; y' passes zero
+        assert missed[1] < limit * abs(expected[1])

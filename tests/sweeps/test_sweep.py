@@ -7,6 +7,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from functools import partial
 from typing import Annotated
 
+import numba
 import numpy as np
 import pytest
 import xarray as xr
@@ -472,3 +473,42 @@ def test_an_equation_with_impacts_brings_its_period():
     assert found["drive_period"].values == pytest.approx(2.0 * np.pi / np.array([2.8, 3.0]))
     system.reset(parameters={"w": 3.0})
     assert found["x0"].values[1] == pytest.approx(fm.stroboscopic(system, skip=2, keep=3)["x0"].values, abs=1e-9)
+
+
+@numba.njit
+def stiffening(t, x, om):
+    return x[1], -0.1 * x[1] - x[0] - 0.3 * x[0] ** 3 + 0.4 * np.cos(om * t)
+
+
+def test_a_section_is_carried_at_the_phase_of_the_drive():
+    """Largest deflections of Duffing's oscillator on its upper branch, up from 0.9 rad/s.
+
+    As `solve_ivp` of scipy has them with the phase kept from each frequency to the next; the fold lies at 1.574 rad/s.
+    """
+
+    def section(om):
+        about = {"parameters": {"om": om}, "names": ["x", "v"], "period": 2.0 * np.pi / om}
+        return fm.chaos.SectionMap(fm.chaos.ODE(stiffening, [0.0, 0.0], **about), "v", direction="down")
+
+    found = fm.bifurcation(section, "om", np.linspace(0.9, 1.5, 7), skip=60, keep=2, direction="up")
+    assert found["ok"].all()
+    assert not found["seam"].any()
+    assert found["x"].values[:, -1] == pytest.approx([0.980, 1.204, 1.453, 1.711, 1.967, 2.217, 2.455], abs=2e-3)
+
+
+@pytest.mark.parametrize(("ramp", "seams"), [(0.0, [False, False]), (0.02, [False, True])])
+def test_a_ramp_of_another_angle_is_a_cold_start(ramp, seams):
+    """The drive would turn the crank alone, by half of the ramp times the step of the speed: 12 clearances away."""
+    ready = fm.mechanisms.slider_crank(150.0, clearance=2e-4)
+
+    def at(speed):
+        motion = fm.drives.Ramp(speed, time=ramp) if ramp else fm.ConstantSpeed(speed)
+        return ready.with_part(fm.Drive("motor", joint="O", motion=motion))
+
+    about = {"skip": 3, "keep": 1, "period": lambda speed: 2.0 * np.pi / speed, "signals": ["crank.theta"]}
+    found = fm.bifurcation(at, "speed", [150.0, 155.0], direction="up", **about)
+    assert found["ok"].all(), found["status"].values
+    assert found["seam"].values.tolist() == seams
+    cold = fm.bifurcation(at, "speed", [150.0, 155.0], **about)
+    turns = (found["crank.theta"].values - cold["crank.theta"].values) / (2.0 * np.pi)
+    assert turns == pytest.approx(np.round(turns), abs=1e-9)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -117,7 +118,7 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
     if points is None or lost:
         return Outcome(values, lost or flow.status, ok=False)
-    values |= {"points": points[:, columns], "state": flow.state()}
+    values |= {"points": points[:, columns], "state": flow.state() / _cycles(flow)}
     remark = ""
     if exponents is not None:
         verdict = exponents.verdict
@@ -142,11 +143,17 @@ def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int
     return [names.index(checks.one_of(label, "signal", name, names)) for name in signals]
 
 
+def _cycles(flow: Dynamics) -> np.ndarray:
+    """Cycles (n,) of a state over 2 pi, 1 without one: a time is carried as a phase of the drive."""
+    cycles = flow.cycles
+    return np.array([cycles.get(k, math.tau) / math.tau for k in range(flow.size)])
+
+
 def _start_from(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
     """Reset the system to a carried state (n,); False after a failure, with a reset to the start state."""
     if carried.shape == (flow.size,):
         try:
-            flow.reset(carried, time=time)
+            flow.reset(carried * _cycles(flow), time=time)
         except (AssemblyError, SolveError, InputError):
             flow.reset()
         else:
@@ -249,7 +256,8 @@ def bifurcation(
     successful one.  Results do not depend on the executor or the number of workers, nor do the bytes of a finished
     store depend on interruptions.  Cold values are visited in an order that fills their range evenly, so an unfinished
     store shows the whole range.  A carried state starts at the time of `skip + keep - 1` periods, so a ramp of the
-    drives that has ended by then is not repeated.
+    drives that has ended by then is not repeated; one whose angle then differs from the carried one by more than the
+    least clearance is a cold start, with `seam` True.  A section carries its time as a phase of the drive.
 
     Examples
     --------

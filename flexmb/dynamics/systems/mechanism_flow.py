@@ -223,6 +223,10 @@ class MechanismFlow(ContinuousFlow):
             raise InputError(f"{text}; it must be {self.size} finite numbers (see `state`).")
         n, n_z = self.program.n_q, self.program.tables.sizes.n_z
         q, v = projected(self.program, state[:n], state[n : 2 * n], time)
+        moved, play = np.abs(q - state[:n]).reshape(-1, 3)[:, :2].max(), self.program.least_clearance
+        if play is not None and moved > play:
+            text = f"{self._label}: joints and drives at t = {time:.6g} s move the given state by {moved:.3g} m"
+            raise InputError(f"{text}, more than the clearance of {play:.3g} m. Give a state nearer to them.")
         z = state[2 * n : 2 * n + n_z].copy()
         a, lam = accelerations(self.program, q, v, time, z)
         self._begin(Start(q, v, a, lam, 0), z, time)

@@ -11,6 +11,7 @@ Step sizes are the same for all neighbouring states.  Error-controlled steps, ho
 which every neighbour reaches at its own time.  So from the onset on, each neighbour has a time shift tau, by which its
 gap closes later: dq + tau v does not change the gap.  Without time shifts, a hard impact would multiply errors of the
 time by 1/duration (a neighbour would be evaluated at other phases of its impact), and jumps of forces would be missed.
+Where the gap opens, or a damped force ends before, the stiffness falls at once: neighbours are shifted there, too.
 At the end dq - tau v is taken with the velocities then.  Meanwhile the equations of drives and the loads that depend on
 time have tau times their rates as additional terms.
 
@@ -60,7 +61,7 @@ from flexmb.engine.system.work import Work, workspace
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled, copy
 from flexmb.parts.contact.onset import crossing, cubic
-from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Program
+from flexmb.program.program import COMMON_Z, LAST_FORCE, LAST_GAP, LAST_GAP_RATE, PHASE, Program
 from flexmb.run.run import Run
 from flexmb.statics.start.consistent import metric_of, shortest_correction
 
@@ -70,6 +71,7 @@ MOST_ROUNDS = 10
 CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
 LEAST_PIVOT = 1e-300  # least stiffness of a coordinate by which a force is divided
 VERY_END = 0.9  # fraction of a step from which a contact that begins in it begins at its end
+LATEST_END = 2.0  # most time to the end of a force as its last change has it, over the step in which it ends
 WEIGHT_OF_MASS = 1e6  # weight of the mass matrix for accelerations alone, over that of the step
 TANGENT_LOST = 40  # code of a step with a singular tangent
 
@@ -82,7 +84,7 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
     o = options.first if first else options.regular
     kv, kx, ka = newmark_coefficients(h, o)
     t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
-    if options.adaptive and meets_onset(tables, h, flow, trial, T):
+    if options.adaptive and meets_kink(tables, h, flow, trial, T):
         shift_times(tables, address, T, work)
     if T.rows.places.shape[0] > 0:
         keep_differences(n, T)
@@ -114,29 +116,36 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
 
 
 @compiled
-def meets_onset(tables, h, flow, trial, T):
-    """Whether a contact began in this step, not slowly; sets T.shift, which aligns the onsets."""
+def meets_kink(tables, h, flow, trial, T):
+    """Whether a contact or its force began or ended in this step, not slowly; sets T.shift, which aligns these."""
     # Of a contact that began at the very end, as round-off of the time has it, the step sees nothing (T.closing), and
     # the shift follows in the next step.
     found = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
-        gap, rate, s = T.start.z[k + LAST_GAP], T.start.z[k + LAST_GAP_RATE], 0.0
-        late = T.closing[c] != 0
+        gap, rate, s, side = T.start.z[k + LAST_GAP], T.start.z[k + LAST_GAP_RATE], 0.0, 1.0
+        late, was_open, place = T.closing[c] != 0, T.start.z[k + PHASE] == 0.0, LAST_GAP
         T.closing[c] = 0
-        if not late:
-            if T.start.z[k + PHASE] != 0.0 or flow.z[k + PHASE] == 0.0 or -rate <= slow_approach_speed(c, flow, trial):
+        if not late and was_open == (flow.z[k + PHASE] == 0.0):
+            force = T.start.z[k + LAST_FORCE]
+            drop = h * (T.zp[k + LAST_FORCE] - force) / T.step.last if T.step.last > 0.0 else 0.0
+            if flow.z[k + LAST_FORCE] != 0.0 or not 0.0 < force <= LATEST_END * drop:
                 continue
-            s = crossing(h, gap, rate, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE])
+            place, rate = LAST_FORCE, -drop / h
+        elif not late:
+            side = 1.0 if was_open else -1.0
+            if -side * rate <= slow_approach_speed(c, flow, trial):
+                continue
+            s = crossing(h, side * gap, side * rate, side * flow.z[k + LAST_GAP], side * flow.z[k + LAST_GAP_RATE])
             _, slope = cubic(s, h, gap, rate, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE])
             rate = slope / h
-            if s > VERY_END:
+            if s > VERY_END and was_open:
                 T.closing[c] = 1
                 continue
-        if found or rate >= 0.0:
+        if found or side * rate >= 0.0:
             continue
         for j in range(T.shift.shape[0]):
-            T.shift[j] = -(T.z[j, k + LAST_GAP] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate
+            T.shift[j] = -(T.z[j, k + place] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate
         found = True
     return found
 
@@ -165,11 +174,10 @@ def shift_times(tables, address, T, work):
 @compiled
 def start_differences(n, h, ratio, o, j, T):
     """Predict all differences at the end of a step, in T.U, T.X, T.Y and T.R."""
-    am = o.alpha_m
     for i in range(n):
         a0 = T.a[j, i]
         x0 = a0 + ratio * (T.x[j, i] - a0)
-        x1 = (a0 - am * x0) / (1.0 - am)
+        x1 = (a0 - o.alpha_m * x0) / (1.0 - o.alpha_m)
         T.U[j, i] = T.q[j, i] + h * T.v[j, i] + h * h * ((0.5 - o.beta) * x0 + o.beta * x1)
         T.X[j, i] = T.v[j, i] + h * ((1.0 - o.gamma) * x0 + o.gamma * x1)
         T.Y[j, i], T.R[j, i] = a0, x1
@@ -410,8 +418,7 @@ class CarryingRun(Run):
 
     def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
         T = self.stepper.tangents
-        if T is not None:
-            self._synchronise()
+        self._synchronise()
         super()._cross_jump(instant, interval, first=first)
         if T is not None and not self.note:
             T.step.last = 0.0
@@ -492,10 +499,7 @@ def find_acceleration_gap(tables, address, t, eps, q, v, a, lam, j, T, work):
                 dof = C.dofs[C.dof[c] + i]
                 work.ql[i], work.vl[i] = q[dof] + e * T.q[j, dof], v[dof] + e * T.v[j, dof]
             clear_constraint(C, c, n, work)
-            if moves:
-                call_constraint(varied, address, c, n, m, t, lam, work)
-            else:
-                call_constraint(tables, address, c, n, m, t, lam, work)
+            call_constraint(varied if moves else tables, address, c, n, m, t, lam, work)
             for i in range(m):
                 row = C.row[c] + i
                 found = rows_times(C, c, work.G, a, i) - work.gamma[row]
