@@ -307,8 +307,7 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
         if place >= system.size:
             raise InputError(f"{LABEL}: {which} is {place}; the state has the numbers 0 to {system.size - 1}.")
         name = next((key for key, at in known.items() if at == place), f"state[{place}]")
-    units = dict(zip(system.names, system.units, strict=True))
-    return place, name, units.get(name, ""), grid
+    return place, name, dict(zip(system.names, system.units, strict=True)).get(name, ""), grid
 
 
 def _rules(passes: Shooting, starts: np.ndarray, tolerance: float, bound: float, limits: Mapping[str, int]) -> Rules:

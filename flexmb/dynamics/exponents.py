@@ -177,8 +177,7 @@ class Exponents(arguments.Checked):
         evidence = {**verdict.evidence, "confirmed": second.value, "confirmed_error": second.error}
         against = second.value <= second.error if chaotic else second.value > CLEARLY * second.error
         if verdict.kind not in ("periodic", "quasi-periodic", "chaotic") or not against:
-            text = f"{verdict.reason} A second run gives {band}."
-            return replace(verdict, reason=text, evidence=evidence)
+            return replace(verdict, reason=f"{verdict.reason} A second run gives {band}.", evidence=evidence)
         steps = f"with {second.fineness} and from another start" if second.fineness else "from another start"
         text = f"This run is {verdict}: exponent {self.value:.3g} +- {self.statistical[0]:.2g}. A second one {steps}"
         text += f" gives {band}, which contradicts it. Take finer steps and more periods until both agree."

@@ -154,8 +154,7 @@ def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> fl
     s = -r0 / below if below > 0.0 else 0.5 * size
     if not 0.0 < s < size:
         return None
-    lowest = f0 + s * (r0 + s * (c + s * d))
-    return float(s) if lowest < CLOSE * min(f0, f1) else None
+    return float(s) if f0 + s * (r0 + s * (c + s * d)) < CLOSE * min(f0, f1) else None
 
 
 def _point_before(height: Height, before: Any, size: float) -> tuple[float, float]:
@@ -475,8 +474,7 @@ class SectionSignals:
         precision: dict[str, Any] = {"units": [self.units[k] for k in columns]}
         if self.resolution is not None:
             precision |= {"floor": 1.0, "sizes": self.resolution[columns]}
-        names = [self.names[k] for k in columns]
-        return judge(points[:, columns], names, exponent=value, error=band, **precision)
+        return judge(points[:, columns], [self.names[k] for k in columns], exponent=value, error=band, **precision)
 
 
 @arguments.checked
@@ -610,5 +608,4 @@ def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, pr
     signals = enumerate(zip(system.names, system.units, strict=True))
     data = {name: (dimension, rows[:, k], {"units": unit}) for k, (name, unit) in signals}
     numbers: Any = (dimension, np.arange(skip, skip + len(times)), {})
-    coords = {dimension: numbers, "time": (dimension, np.array(times), {"units": units})}
-    return xr.Dataset(data, coords, about)
+    return xr.Dataset(data, {dimension: numbers, "time": (dimension, np.array(times), {"units": units})}, about)

@@ -89,8 +89,7 @@ def columns_of(values: np.ndarray, names: tuple[str, ...], known: Known, floor: 
     half = len(values) // 2
     table = np.stack([column for _, column, _ in columns], axis=1) if columns else np.empty((len(values), 0))
     floors = np.array([column_floor for _, _, column_floor in columns])
-    labels = tuple(name for name, _, _ in columns)
-    return Columns(table, labels, floors, table[half:].std(axis=0), tuple(left_out))
+    return Columns(table, tuple(name for name, _, _ in columns), floors, table[half:].std(axis=0), tuple(left_out))
 
 
 # Bands: sets of section points that are visited in turn; separation of neighbours within a band

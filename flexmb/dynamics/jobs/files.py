@@ -119,8 +119,7 @@ def read_sealed(path: Path) -> bytes:
     else:
         whole = len(content) <= _end_of_hdf5(content)
     if not whole:
-        text = f"{str(path)!r}: damaged; its content does not agree with its checksum."
-        raise FileFormatError(f"{text} Run it again.")
+        raise FileFormatError(f"{str(path)!r}: damaged; its content does not agree with its checksum. Run it again.")
     return content
 
 

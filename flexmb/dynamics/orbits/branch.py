@@ -210,8 +210,7 @@ class Branch(arguments.Checked):
 
 def size_of(shooting: Shooting, run: ShootingRun) -> float:
     """Scale of the states of a run: their mean length, or 1 if all are 0."""
-    length = float(np.mean([shooting.space.length(x) for x in run.starts]))
-    return max(length, 1e-2 * shooting.scale) or 1.0
+    return max(float(np.mean([shooting.space.length(x) for x in run.starts])), 1e-2 * shooting.scale) or 1.0
 
 
 def small_of(shooting: Shooting, width: float) -> float:

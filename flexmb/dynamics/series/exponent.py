@@ -218,8 +218,7 @@ def _kantz_slope(points: np.ndarray, window: int, theiler: int, period: float) -
     if inner.why_not:
         return inner
     outer = straight_part(partial(_kantz_curves, False), points, window, theiler, period)
-    difference = 0.0 if outer.why_not else inner.value - outer.value
-    return replace(inner, error=float(np.hypot(inner.error, difference)))
+    return replace(inner, error=float(np.hypot(inner.error, 0.0 if outer.why_not else inner.value - outer.value)))
 
 
 def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
@@ -324,8 +323,7 @@ def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shif
     logs = np.empty((len(steps), len(refs)))
     for row, step in zip(logs, steps, strict=True):
         row[:] = distances(points, refs + step, neighbours + step, shift)
-    logs = np.log(np.maximum(logs, 1e-12))
-    return block_means(logs)
+    return block_means(np.log(np.maximum(logs, 1e-12)))
 
 
 # The largest exponent from one orbit and a neighbour that is replaced regularly, by the method of Wolf

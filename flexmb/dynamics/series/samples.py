@@ -216,8 +216,7 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     count = checks.count("zero_one_test", "count", count)
     angles = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, count)
     if is_constant(x):
-        text = "The signal is constant: regular."
-        return ZeroOne(0.0, 0.0, "regular", True, text, 1, angles, np.zeros(count))
+        return ZeroOne(0.0, 0.0, "regular", True, "The signal is constant: regular.", 1, angles, np.zeros(count))
     step = max(1, round(mean_period(x) / 4.0)) if thin is None else checks.count("zero_one_test", "thin", thin)
     phi = standardised(x)[::step]
     record = f"{len(x)} samples" if step == 1 else f"{len(phi)} samples, one in {step} of {len(x)}"

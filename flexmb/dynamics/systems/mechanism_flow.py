@@ -254,8 +254,7 @@ class MechanismFlow(ContinuousFlow):
         Differences of positions and velocities are projected in the metric of `weights`.  Differences of accelerations
         follow from them and from the differences of histories.
         """
-        W = np.array(tangents, dtype=np.float64, order="C")
-        return self.run.on_manifold(self._checked(W))
+        return self.run.on_manifold(self._checked(np.array(tangents, dtype=np.float64, order="C")))
 
     def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
         """Tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
