@@ -309,3 +309,22 @@ def test_files_hold_controllers(tmp_path):
     again = fm.load(tmp_path / "robot.nc")
     assert np.array_equal(again["servo.integral"], sol["servo.integral"])
     fm.write_vtk(sol, tmp_path / "frames")
+
+
+@fm.control_kernel
+def hertzian(p, t, u, x, dx, y):
+    y[0] = -p[0] * math.copysign(abs(u[0]) ** 1.5, u[0])
+
+
+@pytest.mark.parametrize(("stiffness", "accuracy"), [(1e7, 1e-8), (1e10, 1e-5), (1e12, 2e-3)])
+def test_laws_of_micrometres_have_their_slopes(stiffness, accuracy):
+    """A weight on -K u^1.5 sinks by 99, 1 and 0.05 um; its frequency is sqrt(1.5 K u^0.5/m)."""
+    body = fm.RigidBody("b", (0.0, 0.0), 1.0, 1.0)
+    guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.0), along=(0.0, 1.0))
+    spring = fm.Control("spring", ["b.y"], ["push"], hertzian, numbers=(stiffness,))
+    parts = [body, guide, fm.Force("push", body, (0.0, 0.0), (0.0, 1.0)), spring]
+    mechanism = fm.Mechanism("weight", parts, gravity=(0.0, -9.81))
+    rest, sunk = fm.static_equilibrium(mechanism), (9.81 / stiffness) ** (2.0 / 3.0)
+    assert rest["b.y"] == pytest.approx(-sunk, rel=1e-6)
+    found = fm.modes(mechanism, count=1, at=rest).frequencies[0]
+    assert found == pytest.approx(math.sqrt(1.5 * stiffness * math.sqrt(sunk)) / (2.0 * math.pi), rel=accuracy)

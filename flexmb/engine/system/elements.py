@@ -22,8 +22,8 @@ from flexmb.kernels import (
 from flexmb.program import program as at
 
 # Difference of an input or a state relative to its size, and least size, in central differences of a control law.
-# The cube root of round-off; derivatives of linear laws are exact to some 1e-8 with any difference.
-RELATIVE_DIFFERENCE, LEAST_SIZE = 6e-6, 0.1
+# The cube root of round-off. The least size is that of micrometres in laws that are no straight lines there.
+RELATIVE_DIFFERENCE, LEAST_SIZE = 6e-6, 1e-3
 # Difference of coordinates and velocities in central differences of measured inputs [m, rad, m/s, rad/s].
 COORDINATE_DIFFERENCE = 1e-6
 
