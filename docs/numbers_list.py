@@ -608,6 +608,7 @@ def _left_out() -> dict[str, str]:
         run.stopping.TIMES_TARGET parts.controllers.control.JUST_BEFORE parts.controllers.control.LATEST_BREAK parts.controllers.control.TARGETS
         run.saving.SAME_TIME run.run.LEAST_SEEN run.run.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: engine.step.acceptance.END_OF_STEP run.saving.SAME_INSTANT
+    round-off of the end of a run, four times: parts.drives.motions.SHORTEST_PULSE
     refuses what would take too long: parts.controllers.control.LEAST_SAMPLE
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: engine.state.record.NEVER

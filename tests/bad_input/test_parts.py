@@ -169,7 +169,8 @@ REFUSED = [
         lambda: fm.Force("load", crank(), O, (1.0, 2.0), follower=1),
         "Force 'load': follower is 1; it must be True (the direction turns with the body) or False (it stays).",
     ),
-    (lambda: fm.drives.Pulse(1.0, start=0.5, end=0.5), "Pulse: end is 0.5 s; it must be > start = 0.5 s."),
+    (lambda: fm.drives.Pulse(1.0, start=0.5, end=0.5), "Pulse: end is 0.5 s; it must be > start = 0.5 s, by 4e-12 of"),
+    (lambda: fm.drives.Pulse(1e10, start=100.3, end=100.3 + 1e-10), "it must be > start = 100.3 s, by 4e-12 of it at"),
     (lambda: fm.drives.Harmonic(1.0, 0.0), "Harmonic: frequency is 0 Hz; it must be > 0."),
     (lambda: fm.drives.CycloidalRamp(6.0, -1.0), "CycloidalRamp: time is -1 s; it must be > 0."),
     (

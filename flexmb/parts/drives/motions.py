@@ -268,6 +268,9 @@ def pulse_kernel(p, t):
     return (value if start <= t < end else 0.0), 0.0, 0.0
 
 
+SHORTEST_PULSE = 4e-12  # shortest length of a pulse over its end, four times the round-off of an end of a run
+
+
 @record
 class Pulse(Motion):
     """s = value for start <= t < end, else 0: a load that is switched on and off.
@@ -296,8 +299,9 @@ class Pulse(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.end is not None and self.end <= self.start:
-            raise InputError(f"Pulse: end is {self.end:g} s; it must be > start = {self.start:g} s.")
+        if self.end is not None and self.end - self.start <= SHORTEST_PULSE * max(self.end, 0.0):
+            text = f"Pulse: end is {self.end!r} s; it must be > start = {self.start!r} s"
+            raise InputError(f"{text}, by {SHORTEST_PULSE:g} of it at least: steps cannot part such times.")
 
     def parameters(self) -> tuple[float, ...]:
         """Value, start, end (infinity: no end)."""

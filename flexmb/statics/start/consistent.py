@@ -411,7 +411,7 @@ def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple
     for _ in range(MOST_PROJECTIONS):
         G = system.at(q, t=t).blocks[1]
         gap = system.residual
-        if np.abs(gap).max(initial=0.0) <= CLOSED_GAP * max(program.length, 1.0):
+        if np.abs(gap).max(initial=0.0) <= CLOSED_GAP * max(program.length, 1e-3 * np.abs(q).max()):
             break
         q = q + shortest_correction(metric, G, -gap)
     else:
