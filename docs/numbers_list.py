@@ -600,7 +600,7 @@ def _left_out() -> dict[str, str]:
         findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED findings.vibrations.CLEAR_LOSS
         findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
-        engine.system.state_evaluation.MOST_CALLS engine.system.state_evaluation.SHOWN_NUMBERS
+        engine.system.state_evaluation.MOST_CALLS engine.system.state_evaluation.BLOWN_UP engine.system.state_evaluation.SHOWN_NUMBERS
         engine.linalg.rank.DENSE_ROWS engine.linalg.rank.IN_COMBINATION statics.eigen.LONGEST_SEARCH
         statics.equilibrium.INDEPENDENCE
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION

@@ -227,3 +227,16 @@ def test_a_linkage_that_locks_names_its_joints_and_no_smaller_step(how):
     reach = math.hypot(0.15, 0.25) + math.hypot(0.05, 0.25)
     locked = math.acos((0.3**2 + 0.5**2 - reach**2) / (2.0 * 0.3 * 0.5))
     assert f"'motor' at {locked:.6g}" in sol.status
+
+
+def test_a_step_beyond_the_limit_of_an_explicit_method_is_no_fault_of_a_kernel():
+    """Forces of 1e154 N come from the growth of the motion; a shorter step is the remedy."""
+    body = fm.RigidBody("b", (1.0, 0.0), 1e-3, 1e-9)
+    guide = fm.Prismatic("guide", fm.GROUND, body, along=(1.0, 0.0))
+    spring = fm.SpringDamper(
+        "d", fm.GROUND, body, at=(0.0, 0.0), to=(1.0, 0.0), stiffness=100.0, damping=10.0, free_length=1.1
+    )
+    sol = fm.simulate(fm.Mechanism("m", [body, guide, spring]), t_end=1.0, method=fm.RungeKutta4(), step=1e-3)
+    assert not sol.ok
+    assert "kernel" not in sol.status
+    assert "with step=FixedStep(size=0.0001) the run gets past this instant" in sol.status

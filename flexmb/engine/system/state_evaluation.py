@@ -164,7 +164,7 @@ def _padded(x: Vector | None, n: int) -> np.ndarray:
 
 # Kernels of a program that raise or are not finite at one state: each is called in plain Python, part by part
 
-MOST_CALLS = 20_000  # number of calls of kernels at a state at most: about half a second
+MOST_CALLS, BLOWN_UP = 20_000, 1e100  # most calls of kernels at a state, half a second; size of a state that blew up
 SHOWN_NUMBERS = 6  # number of entries of an array in a message at most
 # Names of the parameters that kernels write.
 OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My dx y".split())
@@ -207,9 +207,9 @@ class _Call:
         return {name: value for name, value in pairs if name in names}
 
     def failure(self) -> Finding | None:
-        """Finding on a failed call; None for a good call, and for arguments that are not finite."""
+        """Finding on a failed call; None for a good call, and for a state that blew up."""
         given = self.named(frozenset(self.kernel.contract.parameters) - OUTPUTS)
-        if not all(np.isfinite(np.asarray(value)).all() for value in given.values()):
+        if not all((np.abs(x) < (np.inf if name == "p" else BLOWN_UP)).all() for name, x in given.items()):
             return None
         values, raised = self.run()
         if not raised and np.isfinite(values).all():
