@@ -350,6 +350,17 @@ engine.differences.LEAST_SPEED | m/s | nothing | least difference of a gap rate 
 engine.differences.LEAST_LOAD | N | nothing | least difference of a normal force
 engine.system.elements.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
 engine.system.elements.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
+design.parameters.DISTANCE | 1 | size of the parameter | first distance of the mechanisms whose numbers are differenced by a parameter
+design.parameters.SMALLER | 1 | the distance before | next distance, where two orders of differences disagree
+design.parameters.LARGER | 1 | the distance before | next distance, where they disagree because of round-off
+design.parameters.TRIES | 1 | nothing | largest number of distances
+design.parameters.ORDERS_AGREE | 1 | slope | difference of two orders, to which a distance is good
+design.parameters.LEAST_SLOPE | 1 | largest slope of the neighbours | least slope beside which this difference is judged
+design.parameters.FELT | 1 | a number, or coordinates | least change of a number of a program that is judged, if any is larger
+design.parameters.FINER | 1 | distance of the neighbours | distance for laws of sampled controllers
+design.parameters.DIFFERENCE_OF_NUMBERS | 1 | distance of the neighbours | first step of differences of kernels by a parameter
+design.parameters.STEPS_AGREE | 1 | slope of forces and equations | difference of slopes with one step and two, to which a step is good
+design.parameters.SHAKEN | 1 | size of the mechanism | shift to the state at which such steps are judged
 engine.system.elements.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
 engine.newmark.implicit_step.STATE_ROUND_OFF | 1 | a state of a control | corrections below this part are round-off
 engine.newmark.implicit_step.LEAST_CORRECTION | 1 | nothing | least tolerance of a correction, for what stays 0

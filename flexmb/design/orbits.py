@@ -226,7 +226,7 @@ def orbit_sensitivity(
         two.  A signal by its name has its derivative at the saved instants, and all measures.
     save : number of intervals between the saved instants, which stay and count from the start; of a map each iteration
         is saved.
-    distance : distance of neighbouring orbits, relative to the parameter.
+    distance : distance of neighbouring orbits, relative to the parameter, or to a mechanism that is less than a length.
     tolerance : largest residual of neighbouring orbits, see `periodic_orbit`.
 
     Raises
@@ -266,8 +266,9 @@ def orbit_sensitivity(
     count = checks.count(LABEL, "save", save, 4) if is_flow else orbit.times
     names = list(dict.fromkeys(one.signal for one in measures))
     refuse_taken(LABEL, names, ("state", "period", "entry", "time", "value"))
-    limits = tolerance_of(system, tolerance), checks.between(LABEL, "distance", distance, 1e-8, 0.1)
+    limits = tolerance_of(system, tolerance), checks.between(LABEL, "distance", distance, 1e-8, 0.1), 0.0
     if isinstance(system, MechanismFlow):
+        limits = *limits[:2], system.program.length
         places_of(LABEL, system.program, names)  # refuses unknown ones
         places = []
     else:
@@ -315,10 +316,10 @@ class _Numbers(NamedTuple):
     signals: Any  # (2, n, m) at the same instants, and at the same phases
 
 
-def _slopes(orbit: PeriodicOrbit, one: Parameter, limits: tuple[float, float], places: list[int], count: int) -> Any:
+def _slopes(orbit: PeriodicOrbit, one: Parameter, limits: tuple[float, ...], places: list[int], count: int) -> Any:
     """Derivatives by a parameter, and their errors, by differences of fourth order."""
-    # The limits are the largest residual, and the relative distance of the neighbours.
-    h, slopes = limits[1] * (abs(one.value) or 1.0), []
+    # The limits are the largest residual, the relative distance of the neighbours, the length of a mechanism or 0.
+    h, slopes = limits[1] * one.size(limits[2]), []
     found = [_neighbour(orbit, (one.name, one.value + k * h), limits[0], places, count) for k in (-2.0, -1.0, 1.0, 2.0)]
     for least, less, more, most in zip(*found, strict=True):
         near, far = np.subtract(more, less) / (2.0 * h), np.subtract(most, least) / (4.0 * h)

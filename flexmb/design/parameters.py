@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields, is_dataclass, replace
 from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.linalg import norm
 
 from flexmb import checks
 from flexmb.engine.sensitivity.parameter_run import Directions
-from flexmb.engine.sensitivity.parameters import Moved
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError, RestitutionWarning
 from flexmb.fields import unit_of
 from flexmb.late import scipy
@@ -23,22 +25,33 @@ from flexmb.program.program import Program
 from flexmb.statics.start.consistent import Start, consistent_start
 
 LEAST_SIZE = 1e-3  # least size of a parameter, by which its differences are judged, over the width of its bounds
-CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
-FORWARD = (0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)
-# Places and weights of derivatives of fourth order, by differences on both sides and on one.
-BACKWARD = tuple((-place, -weight) for place, weight in FORWARD)
-DISTANCES = (1e-3, 1e-5)  # distance of two neighbours relative to the parameter; the second where the first is refused
-DIFFERENCE_OF_NUMBERS = 1e-5  # largest difference of a parameter for derivatives by kernels, relative to the parameter
+# Derivatives by differences on both sides and on one: places, weights of fourth order, of second order, twice as wide.
+CENTRAL = (-2.0, 1.0 / 12.0, -0.25), (-1.0, -8.0 / 12.0, 0.0), (1.0, 8.0 / 12.0, 0.0), (2.0, -1.0 / 12.0, 0.25)
+FORWARD = (0.0, -25.0 / 12.0, -0.75), (1.0, 4.0, 0.0), (2.0, -3.0, 1.0), (3.0, 4.0 / 3.0, 0.0), (4.0, -0.25, -0.25)
+BACKWARD = tuple((-place, -weight, -coarse) for place, weight, coarse in FORWARD)
+DISTANCE, TRIES = 1e-3, 5  # first distance of neighbours over the size of the parameter, most tried ones
+SMALLER, LARGER = 1e-2, 1e2  # next distance over the last one; where round-off is felt
+ORDERS_AGREE = 1e-4  # difference of both orders over the slope, to which a distance is good
+LEAST_SLOPE = 1e-3  # least slope beside which the difference is judged, over the largest one of the neighbours
+FELT = 1e-9  # least change of a number of a program that is judged, over it and over coordinates, if any is larger
+FINER = 1e-3  # distance of neighbours for laws of sampled controllers, whose phases grow with time, over the others
+DIFFERENCE_OF_NUMBERS = 1e-2  # largest difference of a parameter for derivatives by kernels over that of neighbours
+STEPS_AGREE = 1e-6  # difference of derivatives by kernels with one step and two, over them, to which a step is good
+LATE, SHAKEN = (0.618, 1.0), 1e-6  # where steps are judged: instants over the end, shift to a strained state over size
 Model = Mechanism | Callable[..., Mechanism]  # a mechanism, or a function of numbers that returns one
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(NamedTuple):
     """A parameter: its name, its value, its SI unit ("" where it is unknown or none)."""
 
     name: str
     value: float
     unit: str
+
+    def size(self, length: float, least: float = 0.0) -> float:
+        """Size by which differences are judged; of a length at most that of the mechanism."""
+        size = max(abs(self.value), least)
+        return min(size or length, length) if self.unit == "m" and length else size or 1.0
 
 
 class ParameterModel:
@@ -147,8 +160,7 @@ def of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
     part, _, path = name.partition(".")
     if not path:
         raise InputError(f"{label}: {name!r} is no number of a part; give a name such as 'B.clearance'.")
-    owner: Any = mechanism.find(part)
-    value, unit, kind = owner, "", ""
+    value, unit, kind = mechanism.find(part), "", ""
     for piece in path.split("."):
         if not is_dataclass(value):
             raise InputError(f"{label}: {name!r}: there are no fields before {piece!r}.")
@@ -194,70 +206,81 @@ def neighbour(mechanism: Mechanism) -> Neighbour:
 def directions(model: ParameterModel, here: Neighbour, end: float) -> Directions:
     """Directions of the parameters of a model; `here`: its present program, `end`: end of the run [s]."""
     rows = [_direction(model, k, here, end) for k in range(len(model.parameters))]
-    *columns, samplers = zip(*rows, strict=True)
+    *columns, distances, samplers = zip(*rows, strict=True)
     numbers, q, v, z = map(np.stack, columns)
-    sizes = np.array([DIFFERENCE_OF_NUMBERS * size_of(model, k) for k in range(len(rows))])
-    return Directions(numbers, sizes, q, v, z, samplers)
-
-
-def size_of(model: ParameterModel, k: int) -> float:
-    """Size of parameter k, by which its differences are judged; 1 for a parameter that is 0 without a least size."""
-    return max(abs(model.values[k]), model.least[k] if model.least else 0.0) or 1.0
+    sizes = [_step(here, *one, end) for one in zip(numbers, distances, strict=True)]
+    return Directions(numbers, np.array(sizes), q, v, z, samplers)
 
 
 def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tuple[Any, ...]:
-    """Derivatives of numbers, start positions, velocities and histories by parameter k; its moved samplers."""
-    refused: FlexmbError | None = None
-    for distance in DISTANCES:
-        for stencil in (CENTRAL, FORWARD, BACKWARD):
-            h = distance * size_of(model, k)
-            try:
-                found = [_moved(model, k, place * h) for place, _ in stencil]
-            except FlexmbError as error:
-                refused = refused or error
-                continue
-            for one in found:
-                _refuse_other_structure(model, k, here.program, one.program, end)
-            weights = np.array([weight / h for _, weight in stencil])
-            return *_sum(weights, found), _moved_samplers(weights, found)
-    name, value = model.names[k], model.values[k]
-    text = f"{model.label}: {name} = {value:.6g} has no neighbours on both sides or one ({refused})"
-    raise InputError(f"{text} Take a value farther from the limit.")
+    """Derivatives of numbers, start positions, velocities, histories by parameter k; distance; moved samplers."""
+    name, value, error, best, refused = model.names[k], model.values[k], np.inf, tuple[Any, ...](), list[FlexmbError]()
+    distances = [DISTANCE * model.parameters[k].size(here.program.length, model.least[k] if model.least else 0.0)]
+    while error > ORDERS_AGREE and len(distances) <= TRIES:
+        h, factor = distances[-1], SMALLER
+        stencil, found = _neighbours(model, k, h, refused)
+        other = [text for one in found if (text := here.program.beyond_numbers(one.program, end))]
+        if other and not best:
+            raise InputError(f"{model.label}: {name} {other[0]}")
+        if found and not other:
+            slopes, now, lost = _slopes(np.array(stencil).T, found, h)
+            if now >= error and not lost:
+                break
+            error, best, factor = now, (slopes, h, found), LARGER if lost else SMALLER
+        distances.append(h * factor)
+    if not best:
+        text = f"{model.label}: {name} = {value:.6g} has no neighbours on both sides or one ({refused[0]})"
+        raise InputError(f"{text} Take a value farther from the limit.")
+    slopes, h, found = best
+    same = all(np.array_equal(found[0].program.sampled, one.program.sampled) for one in found)
+    near = () if same else zip(*_neighbours(model, k, FINER * h, refused), strict=True)
+    return *slopes, h, tuple((weight / (FINER * h), one.program.samplers) for (_, weight, _), one in near)
 
 
-def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, ...]:
-    """Weighted sums of numbers, start positions, velocities and histories; exact where these are equal."""
-    starts = ([one.start.q for one in found], [one.start.v for one in found])
-    columns = ([one.program.tables.p for one in found], *starts, [one.program.reference.z for one in found])
-
-    def moved(column: Sequence[np.ndarray]) -> np.ndarray:
-        first = np.array(column[0])
-        changes = (np.subtract(x, first, out=np.zeros(first.shape), where=x != first) for x in column)
-        return np.asarray(sum(w * change for w, change in zip(weights, changes, strict=True)))
-
-    return tuple(map(moved, columns))
+def _neighbours(model: ParameterModel, k: int, h: float, refused: list[FlexmbError]) -> tuple[Any, list[Neighbour]]:
+    """Stencil and neighbours, by steps h of parameter k; none where these are refused, on both sides and on one."""
+    along = h * (np.arange(len(model.values)) == k)
+    for stencil in (CENTRAL, FORWARD, BACKWARD):
+        try:
+            return stencil, [neighbour(model.at(model.values + place * along)) for place, _, _ in stencil]
+        except FlexmbError as error:
+            refused.append(error)
+    return (), []
 
 
-def _moved_samplers(weights: np.ndarray, found: Sequence[Neighbour]) -> Moved:
-    """Weights and samplers of the neighbours; none if the samplers are the same."""
-    every = [one.program.samplers for one in found]
-    numbers = [np.concatenate([np.zeros(0), *(x for one in samplers for x in one.numbers)]) for samplers in every]
-    return () if all(map(np.array_equal, numbers, numbers[1:])) else tuple(zip(weights.tolist(), every, strict=True))
+def _slopes(stencil: np.ndarray, found: Sequence[Neighbour], h: float) -> tuple[list[np.ndarray], float, bool]:
+    """Derivatives of numbers, start positions, velocities, histories; their error; whether no change is felt."""
+    columns = [(one.program.tables.p, one.start.q, one.start.v, one.program.reference.z) for one in found]
+    every = np.array([np.concatenate(column) for column in columns])
+    change = np.subtract(every, every[0], out=np.zeros(every.shape), where=every != every[0])  # exact where equal
+    fine, coarse = stencil[1:] @ change
+    spread, far = np.abs(change).max(axis=0), np.abs(found[0].start.q).max(initial=0.0)
+    felt = spread > FELT * np.maximum(np.abs(every[0]), far)
+    judged = felt if felt.any() else spread > 0.0
+    error = (np.abs(fine - coarse)[judged] / (np.abs(fine) + LEAST_SLOPE * spread)[judged]).max(initial=0.0)
+    return np.split(fine / h, np.cumsum([len(x) for x in columns[0]])[:-1]), float(error), not felt.any()
 
 
-def _moved(model: ParameterModel, k: int, shift: float) -> Neighbour:
-    values = list(model.values)
-    values[k] += shift
-    return neighbour(model.at(values))
+def _step(here: Neighbour, rates: np.ndarray, distance: float, end: float) -> float:
+    """Largest difference of a parameter with derivatives `rates` (n_p,) of the numbers, for derivatives by kernels."""
+    program, start, random = here.program, here.start, np.random.default_rng(0)
+    q, v, a = (SHAKEN * program.sizes * x for x in random.standard_normal((3, program.n_q)))
+    lam, system = start.lam + random.standard_normal(program.n_c), StateEvaluation(program)
 
+    def at(eps: float) -> Iterator[np.ndarray]:
+        system.program = replace(program, tables=program.tables.replaced(p=program.tables.p + eps * rates))
+        for t in LATE:
+            one = system.at(start.q + q, start.v + v, a, lam, t=t * end)
+            yield from (one.force, one.constraint_force, one.residual, one.velocity_residual)
 
-def _refuse_other_structure(model: ParameterModel, k: int, here: Program, other: Program, end: float) -> None:
-    name = model.names[k]
-    same = here.names.coordinates == other.names.coordinates and here.kernels == other.kernels
-    if not same or len(here.tables.p) != len(other.tables.p) or here.symbolic is not other.symbolic:
-        text = f"{model.label}: {name} changes the structure of the equations"
-        raise InputError(f"{text}, so there is no derivative by it. Compare runs with both values.")
-    instants = [[one.sample for one in program.samplers] for program in (here, other)]
-    if not np.array_equal(here.breaks(end), other.breaks(end)) or instants[0] != instants[1]:
-        text = f"{model.label}: {name} moves instants of kinks and jumps of drives and loads, or of a controller"
-        raise InputError(f"{text}; no derivative is known there. Vary it by a sweep.")
+    def apart(eps: float) -> float:
+        once, twice = ([(x - y) / e for x, y in zip(at(e), at(-e), strict=True)] for e in (eps, 2.0 * eps))
+        return max(float(norm(x - y) / (norm(x) or 1.0)) for x, y in zip(once, twice, strict=True))
+
+    step = DIFFERENCE_OF_NUMBERS * distance
+    with np.errstate(all="ignore"), suppress(FlexmbError):  # of a kernel in such a state
+        found = apart(step)
+        for factor in (0.1, 10.0):
+            while found > STEPS_AGREE and (now := apart(factor * step)) < found:
+                step, found = factor * step, now
+    return step

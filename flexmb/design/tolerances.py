@@ -181,13 +181,9 @@ def spread(
 
 
 def sampled(
-    model: Model,
-    measures: Sequence[Measure],
-    names: Sequence[str],
-    table: np.ndarray,
-    how: Mapping[str, Any],
+    model: Model, measures: Sequence[Measure], names: Sequence[str], table: np.ndarray, how: Mapping[str, Any],
     machine: int,
-) -> dict[str, float]:
+) -> dict[str, float]:  # fmt: skip
     """Measures of one machine by their names; table : parameters (machines, n), how : arguments of the run."""
     held = ParameterModel("spread", model, dict(zip(names, table[int(machine)].tolist(), strict=True)))
     given = {key: one for key, one in how.items() if one is not None}

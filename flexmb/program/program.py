@@ -91,11 +91,11 @@ class Constraints(Record):
     joint_friction: IntegerTable  # (n, 2) LOAD_KERNEL and SLIDING_LAW, -1: no friction
     joint_friction_p: IntegerTable  # (n, 4) LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END
     joint_friction_z: IntegerTable  # (n, 2)
-    joint_friction_arm: Vector  # (n,)
+    joint_friction_arm: Integers  # (n,) where the arm is in p
     reaction: Integers  # (n + 1,) where its reported reactions are
     reaction_row: Integers  # row of each reaction
     reaction_dof: Integers  # coordinate whose velocity multiplies it, -1: none
-    reaction_factor: Vector
+    reaction_factor: Integers  # where the factor of each reaction is in p
     reaction_rate: Integers  # signal that multiplies it, -1: none
     reaction_on: Integers  # (reactions + 1,) where its places are; without places it is that of a row
     reaction_places: Integers  # places among the coordinates of its constraint
@@ -359,6 +359,24 @@ class Program:
             wiring = _WIRINGS[self.symbolic] = digest((places, self.samplers, [k.content for k in kernels])).encode()
         digests = [blake2b(data, digest_size=8).digest() for data in ("\n".join(words).encode(), numbers, wiring)]
         return np.frombuffer(b"".join(digests), dtype=np.uint8).reshape(3, 8)
+
+    @cached_property
+    def sampled(self) -> np.ndarray:
+        """Numbers of the sampled controls, one behind the other."""
+        return np.concatenate([np.zeros(0), *(x for sampler in self.samplers for x in sampler.numbers)])
+
+    def beyond_numbers(self, other: Program, t_end: float) -> str:
+        """Change beyond moved numbers of parts to another program, until t_end [s], with a remedy; "" for none."""
+        mine, its = (
+            (one.names.coordinates, one.kernels, len(one.tables.p), [s.sample for s in one.samplers], one.breaks(t_end))
+            for one in (self, other)
+        )
+        same = self.symbolic is other.symbolic or digest(self.tables) == digest(other.tables.replaced(p=self.tables.p))
+        if mine[:3] != its[:3] or not same:
+            text = "changes the structure of the equations, so there is no derivative by it."
+            return f"{text} Compare runs with both values."
+        text = "moves instants of kinks and jumps of drives and loads, or of a controller;"
+        return "" if mine == its else f"{text} no derivative is known there. Vary it by a sweep."
 
     @property
     def n_q(self) -> int:

@@ -50,6 +50,8 @@ def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
         "constraint": [c.p for c in constraints],
         "motion": [m.parameters() if m else () for c in constraints for m in motion_of_each_row(c)],
         "joint friction": [own for one in rubbing for own in ((one.p, one.friction.parameters()) if one else ((), ()))],
+        "arm": [(one.arm,) if one else (1.0,) for one in rubbing],
+        "reaction": [(reaction.factor,) for c in constraints for reaction in c.reactions],
         "contact": [own for c in contacts for own in (c.p, c.normal.parameters(), c.friction.parameters())],
         "signal": [signal.p for signal in contributions.signals],
         "angle": [angle.p for angle in contributions.angles],
@@ -308,7 +310,7 @@ class Packer:
             np.column_stack([load, law]),
             self.p["joint friction"].reshape(-1, 4),
             self.z["joint friction"],
-            np.array([one.arm if one else 1.0 for one in rubbing], dtype=float),
+            ints(self.p["arm"][:, at.BEGIN]),
             *self.reactions(),
         )
 
@@ -334,7 +336,7 @@ class Packer:
             ends_of(len(piece.reactions) for piece in constraints),
             ints([self.row[c] + r.row for c, _, r in found]),
             ints([self.number.dofs(own)[0] if own else -1 for own in velocities]),
-            np.array([r.factor for *_, r in found], dtype=float),
+            ints(self.p["reaction"][:, at.BEGIN]),
             ints([rate_of(piece, r, rates) for _, piece, r in found]),
             ends_of(len(r.on) for *_, r in found),
             ints([k for *_, r in found for k in r.on]),
@@ -440,7 +442,8 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
 REMEMBERED_STRUCTURES = 16  # number of remembered structures; a mechanism has two, one in motion and one for its start
 REMEMBERED_UNKNOWNS = 50_000  # number of unknowns of all remembered structures but the latest: some hundred megabytes
 FIELDWISE_FROM = 100  # number of contributions above which their keys are read field by field, which is faster
-# Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all.
+# Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all; on floats
+# it does not depend either.
 NUMBERS = ("p", "history", "start", "sample")
 # Fields of names and whole numbers, which are part of the key.
 NAMES = frozenset(
@@ -522,7 +525,7 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
 @cache
 def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
     """Fields of a dataclass but for numbers: names, and others; empty for other objects."""
-    known = [f.name for f in fields(kind) if f.name not in NUMBERS] if is_dataclass(kind) else []
+    known = [f.name for f in fields(kind) if f.name not in NUMBERS and f.type != "float"] if is_dataclass(kind) else []
     return tuple([name for name in known if name in NAMES]), tuple([name for name in known if name not in NAMES])
 
 

@@ -106,7 +106,7 @@ def _constraints(tables, v, work, y):
                 y[k + JOINT_MOMENT] = work.joint[c, columns.MOMENT]
         if C.forces[c] > 0 and C.joint_friction[c, LOAD_KERNEL] >= 0:
             last = C.forces[c] - 1
-            y[k + last] = C.joint_friction_arm[c] * work.joint_friction[c, columns.JOINT_FRICTION_FORCE]
+            y[k + last] = tables.p[C.joint_friction_arm[c]] * work.joint_friction[c, columns.JOINT_FRICTION_FORCE]
         k += C.forces[c]
         for row in range(C.row[c], C.row[c + 1]):
             if C.motion[row] >= 0:
@@ -115,15 +115,15 @@ def _constraints(tables, v, work, y):
                 y[k + DRIVING], y[k + POWER] = force, force * speed
                 k += DRIVE_SIGNALS
         for i in range(C.reaction[c], C.reaction[c + 1]):
-            y[k] = _reaction(C, c, i, v, work, y)
+            y[k] = _reaction(tables.p, C, c, i, v, work, y)
             k += 1
 
 
 @compiled
-def _reaction(C, c, i, v, work, y):
+def _reaction(p, C, c, i, v, work, y):
     """Reaction i of constraint c: of a row, or on coordinates; or its power."""
     if C.reaction_on[i] == C.reaction_on[i + 1]:
-        force = C.reaction_factor[i] * work.drive[C.reaction_row[i], columns.DRIVE_FORCE]
+        force = p[C.reaction_factor[i]] * work.drive[C.reaction_row[i], columns.DRIVE_FORCE]
         if C.reaction_dof[i] >= 0:
             force *= v[C.reaction_dof[i]]
         if C.reaction_rate[i] >= 0:  # a signal of a kernel, written before
