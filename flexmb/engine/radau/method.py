@@ -61,7 +61,7 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
             if fraction > 0.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
                 flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
             elif error_control.meets_contacts(tables, address, code, h, options, flow, trial, work, record):
-                error = stages.radau_error(tables, address, lu, h, options, flow, trial, work, R)
+                error = stages.radau_error(tables, address, lu, h, options, flow, trial, work, record, R)
             growth = error_control.growth_factor(error, -0.25, LEAST_GROWTH, LARGEST_GROWTH)
             growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
