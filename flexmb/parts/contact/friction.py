@@ -396,9 +396,9 @@ class LuGre(StaticKinetic):
 
     z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
     T = -[sigma_0 z + N (sigma_1 exp(-(slip/v_s)^2) z' + sigma_2 slip)],
-    z [m] is the deflection of the bristles and the history of the law.
+    z [m] is the deflection of the bristles; z and z' are the history of the law.
 
-    Equations (5.15) and (5.17) of docs/theory/contact.md.
+    Equations (5.15) to (5.18) of docs/theory/contact.md.
 
     Raises
     ------
@@ -408,14 +408,15 @@ class LuGre(StaticKinetic):
     -----
     Stiction: below mu_s N the surfaces shift by load/stiffness and do not creep.  As in all first-order bristle laws a
     load that oscillates below mu_s N makes the contact drift.  A load that grows at a rate f causes an early
-    break-away, at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in
-    closed form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically.  A
-    mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
+    break-away, at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is integrated with second order, in closed
+    form: as a spring by the trapezoidal rule while it sticks, quasi-statically where bristles are shorter than the slip
+    in a step, so the stiffness sets no limit to the step.  A mass m vibrates on its bristles with sqrt(stiffness/m),
+    which some 20 steps in a period resolve, damped critically with N sigma_1 = 2 sqrt(stiffness m).
     Keep sigma_1 v_s well below mu_k: else T falls steeply while damping fades, and a step may have several solutions.
-    The law never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  Three properties
-    ensure this.  The stiffness is absolute [N/m] as in the source below: a stiffness proportional to N would store
-    energy that a growing load multiplies.  Bristles longer than mu_s N / sigma_0 are released as N falls.  The damping
-    fades with the slip and has a limit.
+    The law never produces energy, for any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt at every instant, and over
+    steps that do not grow, equation (5.18).  Three properties ensure this.  The stiffness is absolute [N/m] as in
+    the source below: a stiffness proportional to N would store energy that a growing load multiplies.  Bristles
+    longer than mu_s N / sigma_0 are released as N falls.  The damping fades with the slip and has a limit.
     Source: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction,
     IEEE Transactions on Automatic Control 40 (1995) 419-425, equations for z, F and g; the fading of sigma_1 from
     K. J. Astrom, C. Canudas de Wit, Revisiting the LuGre friction model, IEEE Control Systems Magazine 28 (2008)
