@@ -360,7 +360,7 @@ MASS, G, K = 2.0, 9.81, 1e6
 SPRING = fm.LankaraniNikravesh(stiffness=K, exponent=1.0, restitution=1.0)
 
 
-def block(law, *, tilt=0.0, speed=0.0, belt=0.0, spring=0.0, x=0.0, t_end=1.0, step=1e-3, coarse=False):
+def block(law, *, tilt=0.0, speed=0.0, belt=0.0, spring=0.0, x=0.0, t_end=1.0, step=1e-3, coarse=False, method=None):
     """Motion of a block pressed by gravity onto a plane tilted by the angle `tilt`; `spring` [N/m] pulls to x = 0."""
     down = G * math.cos(tilt)
     body = fm.RigidBody("block", (x, -MASS * down / K), MASS, 1.0, velocity=(speed, 0.0, 0.0))
@@ -373,7 +373,7 @@ def block(law, *, tilt=0.0, speed=0.0, belt=0.0, spring=0.0, x=0.0, t_end=1.0, s
             )
         )
     mechanism = fm.Mechanism("block", parts, gravity=(G * math.sin(tilt), -down))
-    sol = fm.simulate(mechanism, t_end=t_end, step=step, save="steps")
+    sol = fm.simulate(mechanism, t_end=t_end, step=step, save="steps", method=method)
     assert sol.ok or (coarse and "went through contacts" in sol.status), sol.status
     assert sol.time[-1] == pytest.approx(t_end)
     return sol
@@ -398,6 +398,19 @@ def test_lugre_block_on_an_incline_stops():
     # bristles slip a little on the way: z' = v (1 - z/z_most), so x = -z_most ln(1 - z/z_most), at least
     most, z = 0.3 * MASS * G * math.cos(tilt) / 1e5, MASS * G * math.sin(tilt) / 1e5
     assert z < x[-1] < -3.0 * most * math.log(1.0 - z / most)
+
+
+def test_the_error_estimate_of_radau_sees_bristles_in_a_contact():
+    """A block that vibrates on undamped bristles on an incline, far below the angle of friction: against scipy."""
+    law, tilt = fm.friction.LuGre(0.3, 0.3, stiffness=1e4), 0.03
+    most, pull = 0.3 * MASS * G * math.cos(tilt) / 1e4, G * math.sin(tilt)
+
+    def rates(t, y):
+        return [y[1], pull - 1e4 * y[2] / MASS, y[1] - abs(y[1]) * y[2] / most]
+
+    exact = solve_ivp(rates, (0.0, 1.0), [0.0, 0.0, 0.0], rtol=1e-10, atol=1e-14, max_step=1e-3).y[0, -1]
+    sol = block(law, tilt=tilt, step=fm.Adaptive(rtol=1e-8), method=fm.RadauIIA())
+    assert sol.array("block.x")[-1] == pytest.approx(exact, rel=2e-4)
 
 
 @pytest.mark.parametrize("name", ["ModifiedCoulomb", "SmoothCoulomb", "Threlfall", "LuGre"])
