@@ -188,11 +188,12 @@ parts.contact.friction.BengisuAkay.v0 | m/s | nothing | slip speed of the static
 parts.contact.friction.BengisuAkay.decay | s/m | nothing | how fast friction falls from it
 parts.contact.friction.BrownMcPhee.transition_speed | m/s | nothing | slip speed of the static peak
 parts.contact.friction.LuGre.stribeck_speed | m/s | nothing | slip speed of the fall to kinetic friction
-parts.contact.friction.LuGre.stiffness | 1/m | nothing | stiffness of bristles over the normal force
+parts.contact.friction.LuGre.stiffness | N/m | nothing | stiffness of all bristles together
 parts.contact.friction.SmoothCoulomb.v0 | m/s | nothing | slip speed of 76 % of full friction
 parts.contact.friction.Stribeck.stribeck_speed | m/s | nothing | slip speed of the fall to kinetic friction
 parts.contact.friction.Stribeck.v0 | m/s | nothing | slip speed of the rise from rest
 parts.contact.friction.Threlfall.v0 | m/s | nothing | slip speed of 95 % of full friction
+parts.contact.friction.SHORT_DECAY | 1 | nothing | slip in a step over the length of bristles, below which their weight is a series
 parts.contact.friction.lugre_kernel#1e-200 | N | nothing | normal force below which bristles are at rest
 parts.contact.cylinder_laws.END | 1 | force a length | end of use of the logarithmic laws
 parts.contact.cylinder_laws.END_DEPTH | 1 | sigma A | the same as a depth

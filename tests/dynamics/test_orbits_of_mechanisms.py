@@ -114,8 +114,8 @@ def test_histories_of_friction_must_come_back_and_those_of_contacts_are_handed_o
     flow = MechanismFlow(mechanism, step=1e-5)
     space = StateSpace("test", flow)
     n, n_z = flow.program.n_q, flow.program.tables.sizes.n_z
-    assert len(space.history_rows) == 1  # the bristles
-    assert space.free_rows.sum() == n_z - 1
+    assert len(space.history_rows) == 2  # the bristles and their rate
+    assert space.free_rows.sum() == n_z - 2
     assert not space.free_rows[space.history_rows].any()
     assert (space.history_rows >= 2 * n).all()
     one, other = flow.state(), flow.state()

@@ -18,9 +18,7 @@ import flexmb as fm
 
 QUICK, ALL = (6, 9, 15), range(100)
 
-KNOWN = {
-    55: "with LuGre's bristles the error of RadauIIA falls with rtol^0.4, not rtol^(2/3)",
-}
+KNOWN: dict[int, str] = {}
 """Combinations with a difference whose cause is known, by their seeds."""
 
 

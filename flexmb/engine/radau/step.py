@@ -38,12 +38,14 @@ from flexmb.engine.radau.collocation import (
 from flexmb.engine.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system import work as columns
-from flexmb.engine.system.constraints import report_forces
+from flexmb.engine.system.constraints import call_joint_friction, call_joint_load, report_forces
+from flexmb.engine.system.contacts import call_friction, jacobians
 from flexmb.engine.system.elements import evaluate_energies
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
+from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled, copy
-from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
-from flexmb.program.program import LOAD_KERNEL
+from flexmb.places import FRICTION_FORCE, GAP_RATE, LOAD, NORMAL_FORCE, SLIDING, SLIP, TANGENTIAL
+from flexmb.program.program import BEGIN, END, FRICTION_Z, LOAD_KERNEL, Z_END
 
 MOST_ITERATIONS = 16  # number of Newton iterations of a step at most
 # Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices.
@@ -326,13 +328,14 @@ def state_corrections(tables, h, options, flow, trial, R):
 
 
 @compiled
-def radau_error(tables, address, lu, h, options, flow, trial, work, R):
+def radau_error(tables, address, lu, h, options, flow, trial, work, record, R):
     """Estimated error of positions and velocities over the accepted error."""
     # The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol in the estimate, the
     # errors of a run are proportional to rtol. x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of
     # third order. (K + s C + s^2 M)^-1 (s C + s^2 M) x, of velocities without s C, keeps its components that are not
     # stiff and satisfy the constraints: strong damping makes velocities stiff, but not positions, which creep.
     # Positions and velocities count as in `newmark.error_control.error_ratio`.
+    # The error of friction with a history, of second order in a run, counts by rtol itself.
     # Equation (4.18) of docs/theory/integrators.md.
     n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
     for i in range(n):
@@ -348,10 +351,12 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     evaluate_energies(tables, address, flow.clock.t, h, flow.q, R.of_v, flow.a, R.zero, R.zero, flow.z, work)
     for i in range(n):  # states of controls have the mass 1
         R.y[i] = (work.momentum[i] if i < tables.sizes.n_b else R.of_v[i]) * (s * s)
+    loose = 0.1 * trial.control.rtol ** (-1.0 / 3.0)
+    if has_friction_history(tables):
+        add_history_error(tables, address, h, s * s * h * loose, flow, work, record, R)
     for i in range(n, n + m):
         R.x[i], R.y[i] = 0.0, 0.0
     solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)
-    loose = 0.1 * trial.control.rtol ** (-1.0 / 3.0)
     of_q = 1.0 / (loose * options.error)
     find_speeds(tables.sizes.n_b, options, flow, trial)
     if in_free_flight(tables, flow):
@@ -359,6 +364,48 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     rtol = loose * trial.control.rtol
     worst = largest_error(tables, of_q, rtol, R.x, R.y, trial.a, False, options, flow, trial)
     return worst if math.isfinite(worst) else math.inf
+
+
+@compiled
+def add_history_error(tables, address, h, weight, flow, work, record, R):
+    """Add to R.y errors of friction with histories: `weight` times the force by two shorter steps less that by one."""
+    # A friction law with a history is integrated over the step by its own rule, of low order.
+    K, J, t, half = tables.contacts, tables.constraints, flow.clock.t, C[MIDDLE] * h
+    Q, V, A, L, middle = R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE], R.between.z
+    evaluate(tables, address, t + half, half, Q, V, A, L, flow.z, 1.0, 0.0, 0.0, False, work)
+    copy(work.z_new, middle)
+    Q, V, A, L = R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
+    evaluate(tables, address, t + h, h, Q, V, A, L, flow.z, 1.0, 0.0, 0.0, False, work)
+    record.count.evaluations += 2
+    for c in range(K.kernel.shape[0]):
+        if K.z[c, Z_END] > K.z[c, FRICTION_Z]:
+            out, S = work.contact[c], work.contact_scratch
+            T, _, _ = call_friction(tables, address, c, h - half, out[SLIP], out[NORMAL_FORCE], middle, work.z_new)
+            jacobians(out, S)
+            for i in range(6):
+                R.y[K.dofs[6 * c + i]] += weight * S[TANGENTIAL, i] * (T - out[FRICTION_FORCE])
+    for c in range(work.joint_friction.shape[0]):
+        if J.joint_friction_z[c, END] > J.joint_friction_z[c, BEGIN]:
+            n, out, own = J.dof[c + 1] - J.dof[c], work.joint_friction_out, work.joint_friction[c]
+            gather(Q, J.dofs, J.dof[c], n, work.ql)
+            call_joint_load(tables, address, c, n, L, work)
+            slip, first = own[columns.JOINT_SLIP], own[columns.JOINT_FRICTION_FORCE]
+            T, _, _ = call_joint_friction(tables, address, c, h - half, slip, out[LOAD], middle, work.z_new)
+            for i in range(6):
+                R.y[J.dofs[J.dof[c] + i]] += weight * out[SLIDING + i] * (T - first)
+
+
+@compiled
+def has_friction_history(tables):
+    """Whether a friction law has a history."""
+    K, J = tables.contacts, tables.constraints
+    for c in range(K.kernel.shape[0]):
+        if K.z[c, Z_END] > K.z[c, FRICTION_Z]:
+            return True
+    for c in range(J.joint_friction_z.shape[0]):  # noqa: SIM110 - compiled
+        if J.joint_friction_z[c, END] > J.joint_friction_z[c, BEGIN]:
+            return True
+    return False
 
 
 # Difference between computed and interpolated accelerations within a step relative to the largest, up to which the

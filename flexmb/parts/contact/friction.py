@@ -7,7 +7,7 @@ from itertools import pairwise
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, not_negative, positive, record
-from flexmb.kernels import friction_law
+from flexmb.kernels import compiled, friction_law
 from flexmb.late import scipy
 from flexmb.model.law import FrictionLaw
 
@@ -336,44 +336,57 @@ class Threlfall(Creeping):
 # Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
 # sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k.
 PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
-(DEFLECTION,) = range(1)  # place in the history: bristle deflection [m]
+SHORT_DECAY = 0.1  # rate of decay times step below which the fitted weight is a series
+DEFLECTION, RATE = range(2)  # places in the history: bristle deflection [m]; its rate [m/s] at the last state
+
+
+@compiled
+def fitted_weight(x):
+    """Weight 1/(1 - exp(-x)) - 1/x of the end of a step, and its derivative; x: rate of decay times step, >= 0."""
+    if x < SHORT_DECAY:
+        square = x * x
+        return 0.5 + x * (1.0 - square * (1.0 - square / 42.0) / 60.0) / 12.0, (1.0 - square / 20.0) / 12.0
+    gone = -math.expm1(-x)
+    return 1.0 / gone - 1.0 / x, 1.0 / x / x - (1.0 - gone) / (gone * gone)
 
 
 @friction_law
 def lugre_kernel(p, h, slip, N, z, z_new):
-    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z."""
+    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; fitted rule for z."""
     # Equations (5.15) and (5.16) of docs/theory/contact.md; quotients are finite however small N is.
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N < 1e-200:
-        z_new[DEFLECTION] = 0.0
+        z_new[DEFLECTION] = z_new[RATE] = 0.0
         return 0.0, 0.0, 0.0
     bell = math.exp(-((slip / vs) ** 2))
     g = mu_k + (mu_s - mu_k) * bell
     g_v = -2.0 * (mu_s - mu_k) * bell * slip / (vs * vs)  # _v: by slip, _N: by N
+    pull = math.copysign(sigma0, slip)
+    x = h * pull * slip / (g * N)
+    theta, steep = fitted_weight(x)
+    H, H_v, H_N = h * theta, h * steep * h * pull * (1.0 - slip * g_v / g) / (g * N), -h * steep * x / N
+    begun = z[RATE]
+    old, old_N = z[DEFLECTION] + (h - H) * begun, 0.0
     most = mu_s / sigma0  # times N: largest deflection; a falling load releases the bristles
-    old, old_N = z[DEFLECTION], 0.0
     if abs(old) > most * N:
         old_N = math.copysign(most, old)
-        old = old_N * N
-    pull = math.copysign(sigma0, slip)
-    whole = g * N + h * pull * slip
+        old, begun = old_N * N, 0.0
+    whole = g * N + H * pull * slip
     kept, load = g * N / whole, N / whole
-    c = (old + h * slip) / whole
-    c_v = (h * g - (old + h * slip) * g_v - h * pull * (old / N)) * load * load  # N dc/dslip
-    new = c * g * N
-    new_v = h * kept + c * (g_v * N * (1.0 - kept) - kept * h * pull)
-    new_N = old_N * kept + c * g * (1.0 - kept)
+    c = (old + H * slip) / whole
+    c_v = H + H_v * (slip - begun) - c * (g_v * N + (H + H_v * slip) * pull)  # whole dc/dslip
+    c_N = old_N + H_N * (slip - begun) - c * (g + H_N * pull * slip)  # whole dc/dN
     rate = slip - pull * slip * c
-    rate_v = N * (1.0 - pull * c) - pull * slip * c_v  # N d(rate)/dslip
-    rate_N = -pull * slip * (old_N - c * g) * load  # N d(rate)/dN
+    rate_v = N * (1.0 - pull * c) - pull * slip * c_v * load  # N d(rate)/dslip
+    rate_N = -pull * slip * c_N * load  # N d(rate)/dN
     damping = sigma1 * bell
     damping_v = -2.0 * damping * slip / (vs * vs)
     inner = damping * rate + sigma2 * slip
-    z_new[DEFLECTION] = new
+    z_new[DEFLECTION], z_new[RATE] = c * g * N, rate
     return (
-        -(sigma0 * new + N * inner),
-        -(sigma0 * new_v + N * (damping_v * rate + sigma2) + damping * rate_v),
-        -(sigma0 * new_N + inner + damping * rate_N),
+        -(sigma0 * c * g * N + N * inner),
+        -(sigma0 * (kept * c_v + c * g_v * N) + N * (damping_v * rate + sigma2) + damping * rate_v),
+        -(sigma0 * (kept * c_N + c * g) + inner + damping * rate_N),
     )
 
 
@@ -383,9 +396,9 @@ class LuGre(StaticKinetic):
 
     z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
     T = -[sigma_0 z + N (sigma_1 exp(-(slip/v_s)^2) z' + sigma_2 slip)],
-    z [m] is the deflection of the bristles and the history of the law.
+    z [m] is the deflection of the bristles; z and z' are the history of the law.
 
-    Equations (5.15) and (5.17) of docs/theory/contact.md.
+    Equations (5.15) to (5.18) of docs/theory/contact.md.
 
     Raises
     ------
@@ -395,14 +408,15 @@ class LuGre(StaticKinetic):
     -----
     Stiction: below mu_s N the surfaces shift by load/stiffness and do not creep.  As in all first-order bristle laws a
     load that oscillates below mu_s N makes the contact drift.  A load that grows at a rate f causes an early
-    break-away, at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in
-    closed form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically.  A
-    mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
+    break-away, at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is integrated with second order, in closed
+    form: as a spring by the trapezoidal rule while it sticks, quasi-statically where bristles are shorter than the slip
+    in a step, so the stiffness sets no limit to the step.  A mass m vibrates on its bristles with sqrt(stiffness/m),
+    which some 20 steps in a period resolve, damped critically with N sigma_1 = 2 sqrt(stiffness m).
     Keep sigma_1 v_s well below mu_k: else T falls steeply while damping fades, and a step may have several solutions.
-    The law never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  Three properties
-    ensure this.  The stiffness is absolute [N/m] as in the source below: a stiffness proportional to N would store
-    energy that a growing load multiplies.  Bristles longer than mu_s N / sigma_0 are released as N falls.  The damping
-    fades with the slip and has a limit.
+    The law never produces energy, for any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt at every instant, and over
+    steps that do not grow, equation (5.18).  Three properties ensure this.  The stiffness is absolute [N/m] as in
+    the source below: a stiffness proportional to N would store energy that a growing load multiplies.  Bristles
+    longer than mu_s N / sigma_0 are released as N falls.  The damping fades with the slip and has a limit.
     Source: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction,
     IEEE Transactions on Automatic Control 40 (1995) 419-425, equations for z, F and g; the fading of sigma_1 from
     K. J. Astrom, C. Canudas de Wit, Revisiting the LuGre friction model, IEEE Control Systems Magazine 28 (2008)
@@ -425,8 +439,8 @@ class LuGre(StaticKinetic):
             raise InputError(f"{text} or the bristles could produce energy. Lower it or the stribeck_speed.")
 
     def history(self) -> tuple[float, ...]:
-        """Deflection of the bristles [m]."""
-        return (0.0,)
+        """Deflection of the bristles [m], and its rate [m/s]."""
+        return 0.0, 0.0
 
     def _creep_speed(self, r: float) -> float:
         return 0.0 if r <= 1.0 else math.inf
