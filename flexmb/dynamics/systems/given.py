@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.systems.differences import Values, central_differences, entering, samples, values_at
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, Parameters, State
 from flexmb.errors import InputError, SolveError
 from flexmb.late import scipy
@@ -27,6 +29,7 @@ class GivenSystem(Dynamics):
 
     _time: float
     _state: np.ndarray
+    _entering: np.ndarray | None  # coordinates seen in the values of the function; None: not yet sought
 
     def _declare(
         self, name: str, function: Callable[..., Any], start: Sequence[float] | np.ndarray,
@@ -40,6 +43,7 @@ class GivenSystem(Dynamics):
             function_of(label, "jacobian", jacobian)
         self.start, self._parameters = state_of(label, start), checks.mapping(label, "parameters", parameters)
         self.names = names_of(label, "names", names, [f"x{i}" for i in range(len(self.start))])
+        self._entering = None
 
     @property
     def _label(self) -> str:
@@ -69,19 +73,18 @@ class GivenSystem(Dynamics):
         """Take other parameters, and stand at `state`, or at the start."""
         for key, value in checks.mapping(self._label, "parameters", parameters).items():
             self._parameters[checks.one_of(self._label, "parameter", key, self._parameters)] = value
+        if parameters is not None:
+            self._entering = None
         self._state = self.start.copy() if state is None else state_of(self._label, state, self.size)
         self.ok, self.status = True, "ready"
 
-
-def central_differences(function: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,) with values (m,), with an error of some 1e-10 of the values."""
-    columns = []
-    for i in range(len(x)):
-        step = np.zeros_like(x)
-        step[i] = 6e-6 * max(abs(x[i]), 1.0)
-        up, down = np.asarray(function(x + step)), np.asarray(function(x - step))
-        columns.append((up - down) / (2.0 * step[i]))
-    return np.array(columns, dtype=np.float64).T
+    def _by_differences(
+        self, function: Values, x: np.ndarray, example: Values, value: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Derivatives of a function at x; `example` is that function at a time that is the same in all calls."""
+        if self._entering is None:
+            self._entering = entering(example, self.start)
+        return central_differences(function, x, self._entering, value=value)
 
 
 def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
@@ -163,7 +166,7 @@ class Map(GivenSystem):
         self._declare(name, function, start, jacobian, parameters, names)
         self.units = ("",) * len(self.names)
         self.reset()
-        state_of(f"{self._label}: function", self._next(self.start), len(self.start))
+        state_of(f"{self._label}: function", self._next(self.start.copy()), len(self.start))
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._begin(state, parameters)
@@ -173,7 +176,7 @@ class Map(GivenSystem):
         T = None if tangents is None else tangents_of(self._label, tangents, self.size)
         for _ in range(checks.count(self._label, "duration", duration, 0) if self.ok else 0):
             try:
-                new = np.asarray(self._next(self._state), dtype=np.float64)
+                new = np.array(self._next(self._state.copy()), dtype=np.float64)
             except (OverflowError, ZeroDivisionError, FloatingPointError):
                 new = np.array([np.nan])
             if not np.isfinite(new).all():
@@ -189,16 +192,16 @@ class Map(GivenSystem):
 
     def _slope(self, x: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return square_of(self._label, self.jacobian(x, **self._parameters), self.size)
-        return central_differences(self._next, x)
+            return square_of(self._label, self.jacobian(x.copy(), **self._parameters), self.size)
+        return self._by_differences(self._next, x, self._next)
 
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
 FINEST = 3e-14  # smallest relative tolerance of a step
 # Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations.
 TANGENT_ATOL = 1e-3
-# Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time.
-INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
+# Times [s] at which rates are compared, as a test of explicit dependence on time.
+INSTANTS = (0.0, 1.3247180e-6, 1.7320508e-3, 0.1234567, 0.3819660, 0.7548777, 1.3247180, 27.182818, 1.6180340e4)
 
 
 def compiled_motion(method: str, *functions: Any) -> CompiledMotion | None:
@@ -227,7 +230,7 @@ class ODE(GivenSystem, ContinuousFlow):
     names : names of the entries of a state; None: x0, x1, ...
     units : units of the entries; None: no units.
     period : period of the drive [s], or a function period(**parameters); None: no period.
-    driven : whether f depends on t; None: yes with a period, else f is tested at some times.
+    driven : whether f depends on t; None: yes with a period, else f is tested at some times and states.
     name : name in messages.
     rtol, atol : tolerances of a step, whose error is below atol + rtol |x|.
     method : solver of `scipy.integrate`: "DOP853", "RK45", "Radau" or "BDF".
@@ -286,11 +289,13 @@ class ODE(GivenSystem, ContinuousFlow):
         self._begin(state, parameters)
         label = self._label
         self._time, self._h = checks.number(label, "time", time, "s"), None
+        if parameters is None:
+            return
         given = self._given_period
         period = given(**self._parameters) if callable(given) else given
         self.period = None if period is None else checks.positive(label, "period", period, "s")
         self.driven = self._depends_on_time() if self._given_driven is None else bool(self._given_driven)
-        if parameters is not None and self._motion is not None:
+        if self._motion is not None:
             self._motion.take(self._parameters)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
@@ -339,7 +344,7 @@ class ODE(GivenSystem, ContinuousFlow):
     def _rate(self, t: float, x: np.ndarray) -> np.ndarray:
         try:
             with np.errstate(all="ignore"):
-                rate = np.asarray(self.function(t, x, **self._parameters), dtype=np.float64)
+                rate = np.array(self.function(t, x.copy(), **self._parameters), dtype=np.float64)
         except (OverflowError, ZeroDivisionError, FloatingPointError) as error:
             raise NotFiniteError(f"{error}") from error
         if not np.isfinite(rate).all():
@@ -349,16 +354,24 @@ class ODE(GivenSystem, ContinuousFlow):
     def _depends_on_time(self) -> bool:
         if self.period is not None:
             return True
-        try:
-            rates = [self._rate(t, self._state) for t in (0.0, *INSTANTS)]
-        except NotFiniteError:
-            return True
-        return any(not np.array_equal(rate, rates[0]) for rate in rates[1:])
+        known = False
+        for state, _ in samples(self.start):  # a factor of the drive may vanish at the start
+            values = values_at(partial(self._at, state), np.array(INSTANTS)[:, None], self.size)
+            values = values[np.isfinite(values).all(axis=1)]
+            known = known or len(values) > 1
+            if (values != values[:1]).any():
+                return True
+        return not known
 
-    def _slope(self, t: float, x: np.ndarray) -> np.ndarray:
+    def _at(self, state: np.ndarray, time: np.ndarray) -> Any:
+        """Rates of a state at a time (1,)."""
+        return self.function(time.item(), state.copy(), **self._parameters)
+
+    def _slope(self, t: float, x: np.ndarray, rate: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return square_of(self._label, self.jacobian(t, x, **self._parameters), self.size)
-        return central_differences(lambda y: self._rate(t, y), x)
+            return square_of(self._label, self.jacobian(t, x.copy(), **self._parameters), self.size)
+        f, p = self.function, self._parameters
+        return self._by_differences(lambda y: f(t, y, **p), x, lambda y: f(max(INSTANTS), y, **p), rate)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""
@@ -406,7 +419,7 @@ class ODE(GivenSystem, ContinuousFlow):
 
         def both(t: float, y: np.ndarray) -> np.ndarray:
             rate = self._rate(t, y[:n])
-            return np.concatenate([rate, (self._slope(t, y[:n]) @ y[n:].reshape(n, k)).ravel()])
+            return np.concatenate([rate, (self._slope(t, y[:n], rate) @ y[n:].reshape(n, k)).ravel()])
 
         y = np.concatenate([self._state, tangents.ravel()])
         atol = np.concatenate([np.full(n, self.atol), np.full(n * k, TANGENT_ATOL * self.rtol)])
