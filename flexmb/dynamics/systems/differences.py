@@ -8,8 +8,7 @@ state only, so that motions go on with the same bits from a snapshot and in ever
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,10 +18,11 @@ STEP = 2e-5  # first step, over the coordinate: between cube and square root of 
 RUNG, RUNGS = 17.0, 18  # ratio of two steps that are tried, and most of them in one direction
 NEAR = 0.0571  # place of the point that tests a parabola, over the step; a chance ratio
 ACCEPTED = 1e-7  # accepted difference of slopes at that point, over the slope: round-off and bend of the function
-CLEAR = 100.0  # bend, over round-off, that is one of the function
+CLEAR = 20.0  # bend, over round-off, that is one of the function
 VANISHING = 1e-12  # coordinate, over the largest one, that counts as zero
 FARTHEST = 1e3  # largest step, over the largest coordinate, or over 1
 ROUND_OFF = 2.2e-16
+PART = 1e-3  # change of coordinates that shows the sizes of terms
 # Distances of sample states from a state, over its largest coordinate or over 1.
 DISTANCES = (1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3)
 PLACES = np.array([[1.0], [-1.0], [NEAR]])  # points, over the step
@@ -44,7 +44,7 @@ def values_at(function: Values, points: np.ndarray, count: int) -> np.ndarray:
     for k, point in enumerate(points):
         try:
             found[k] = function(point)
-        except Exception:  # noqa: BLE001 - a motion need not reach the point
+        except Exception:  # a motion need not reach the point
             found[k] = np.nan
     return found
 
@@ -60,29 +60,48 @@ def entering(function: Values, x: np.ndarray) -> np.ndarray:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """Slopes (k, m) of parabolas through a state and two points beside it, with their errors."""
+def terms(function: Values, x: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Sizes (m,) of the terms whose sums are the values (m,), from small changes of all coordinates."""
+    points = x + PART * np.array([x, x * np.where(np.arange(len(x)) % 2, 1.0, -1.0)])
+    return np.nan_to_num(np.abs(values_at(function, points, len(value)) - value), posinf=0.0).max(axis=0) / PART
+
+
+class Trial(NamedTuple):
+    """Slopes (k, m) of parabolas through a state and two points beside it in k directions."""
 
     slope: np.ndarray
-    error: np.ndarray
-    round_off: np.ndarray  # least error, by the round-off of the values
-    accepted: np.ndarray  # (k, m) whether the error is small beside the slope
-    constant: np.ndarray  # (k, m) whether a value is the same at all points though it depends on the coordinate
+    steepest: np.ndarray  # steepest chord
+    bend: np.ndarray  # difference of slopes at a fourth point, by a bend of the function or by round-off
+    unit: np.ndarray  # (k, 1) that difference by the round-off of 1
+    ahead: np.ndarray  # (k, 1) step
 
 
 class Differences:
     """Derivatives (n, m) of a function at a state (n,): the accepted slopes, or the best of those that were tried."""
 
     # `enters` (n, m): values that are seen to depend on a coordinate. A step at which such a value is constant may be
-    # too small to be seen.
-    def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: np.ndarray | bool) -> None:
-        self.function, self.x, self.value = function, x, value
-        self.enters = np.broadcast_to(enters, (len(x), len(value)))
+    # too small to be seen. `size` (m,): sizes of the terms whose sums are the values.
+    def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: Any, size: Any) -> None:
+        self.function, self.x, self.value, self.size = function, x, value, np.abs(value) + size
+        shape = len(x), len(value)
+        self.enters = np.broadcast_to(enters, shape)
+        self.found, self.least, self.hump = np.full(shape, np.nan), np.full(shape, np.inf), np.zeros(shape)
+        self.accepted = np.zeros(shape, dtype=bool)
 
-    def attempt(self, columns: np.ndarray, steps: np.ndarray) -> Trial:
+    def search(self, first: np.ndarray) -> np.ndarray:
+        """Derivatives by steps from rung to rung, beginning with first ones (n,)."""
+        columns = np.arange(len(self.x))
+        trial = self._attempt(columns, first)
+        if self._accepts(columns, trial).all():
+            return trial.slope
+        self.size = self.size + np.abs(self.x) @ np.nan_to_num(np.abs(trial.slope), posinf=0.0)
+        bends, _ = self._take(columns, trial)
+        self._refine(first.copy(), bends)
+        self._coarsen(first.copy(), trial.steepest == 0.0)
+        return self.found
+
+    def _attempt(self, columns: np.ndarray, steps: np.ndarray) -> Trial:
         """Try steps (k,) of columns (k,)."""
-        # A fourth point tests a parabola: the difference of slopes there is its error by the bend of the function.
         k, m, rows = len(columns), len(self.value), np.arange(len(columns))
         points = np.empty((3, k, len(self.x)))
         points[:] = self.x
@@ -90,78 +109,65 @@ class Differences:
         apart = (points[:, rows, columns] - self.x[columns])[:, :, None]
         chords = (values_at(self.function, points.reshape(3 * k, -1), m).reshape(3, k, m) - self.value) / apart
         slope, bend = (BY_CHORDS @ chords.reshape(3, -1)).reshape(2, k, m)
-        steepest = np.abs(chords[:2]).max(axis=0)
-        constant = (steepest == 0.0) & self.enters[columns]
         ahead, _, near = apart
-        round_off = (ROUND_OFF / near) * ((steepest > 0.0) | constant) * (np.abs(self.value) + ahead * steepest)
-        error = np.maximum(np.abs(bend), round_off)
-        return Trial(slope, error, round_off, error <= ACCEPTED * steepest, constant)
+        return Trial(slope, np.abs(chords[:2]).max(axis=0), np.abs(bend), ROUND_OFF / near, ahead)
 
-    def search(self, first: np.ndarray) -> np.ndarray:
-        """Derivatives by steps from rung to rung, beginning with first ones (n,)."""
-        everywhere = np.arange(len(self.x))
-        trial = self.attempt(everywhere, first)
-        if trial.accepted.all():
-            return trial.slope
-        self.found, self.least = np.full(trial.slope.shape, np.nan), np.full(trial.slope.shape, np.inf)
-        self.accepted = np.zeros(trial.slope.shape, dtype=bool)
-        self._take(everywhere, trial, trial.error < np.inf)
-        self._refine(trial, first.copy())
-        self._coarsen(trial, first.copy())
-        return self.found
+    def _accepts(self, columns: np.ndarray, trial: Trial) -> np.ndarray:
+        """Whether (k, m) bend and round-off of the values are small beside the slope."""
+        seen = (trial.steepest > 0.0) | self.enters[columns]
+        round_off = trial.unit * seen * (np.abs(self.value) + trial.ahead * trial.steepest)
+        return np.asarray(np.maximum(trial.bend, round_off) <= ACCEPTED * trial.steepest)
 
-    def _take(self, columns: np.ndarray, trial: Trial, better: np.ndarray) -> None:
-        """Take accepted entries, and those that are better, where none is accepted."""
-        taken = ~self.accepted[columns] & (trial.accepted | better)
+    def _take(self, columns: np.ndarray, trial: Trial, *, is_finer: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """Take slopes that are accepted, or better; whether (k, m) the function bends, and slopes are better."""
+        round_off = trial.unit * (self.size + trial.ahead * trial.steepest)
+        error, bends = np.maximum(trial.bend, round_off), ~(trial.bend <= CLEAR * round_off)
+        error[~np.isfinite(error)] = np.inf
+        better = error < self.least[columns]
+        if is_finer:  # a bend that grows as the step falls: larger steps were beyond all lengths of the function
+            hidden = bends & (error < np.inf)
+            better = (trial.steepest > 0.0) & (better | hidden)
+            self.hump[columns] = np.where(hidden, np.maximum(self.hump[columns], error), self.hump[columns])
+        accepted = self._accepts(columns, trial)
+        taken = ~self.accepted[columns] & (accepted | better)
         self.found[columns] = np.where(taken, trial.slope, self.found[columns])
-        self.least[columns] = np.where(taken, trial.error, self.least[columns])
-        self.accepted[columns] |= trial.accepted
+        self.least[columns] = np.where(taken, error, self.least[columns])
+        self.accepted[columns] |= accepted
+        return bends, better
 
-    def _refine(self, trial: Trial, steps: np.ndarray) -> None:
-        """Try ever smaller steps where entries bend."""
-        columns, hump = np.arange(len(self.x)), np.zeros(self.found.shape)
+    def _refine(self, steps: np.ndarray, bends: np.ndarray) -> None:
+        """Try ever smaller steps where the function bends."""
+        columns = np.arange(len(self.x))
         for _ in range(RUNGS):
-            bends = ~self.accepted[columns] & ~(trial.error <= trial.round_off)
-            columns = columns[bends.any(axis=1)]
+            columns = columns[(bends & ~self.accepted[columns]).any(axis=1)]
             if len(columns) == 0:
                 break
             steps[columns] /= RUNG
-            trial = self.attempt(columns, steps[columns])
-            # A bend that grows as the step falls shows that larger steps were beyond all lengths of the function.
-            hidden = np.isfinite(trial.error) & (trial.error > CLEAR * trial.round_off)
-            hump[columns] = np.where(hidden, np.maximum(hump[columns], trial.error), hump[columns])
-            self._take(columns, trial, ~trial.constant & (hidden | (trial.error < self.least[columns])))
-        self.accepted |= self.least < hump / CLEAR
+            bends, _ = self._take(columns, self._attempt(columns, steps[columns]), is_finer=True)
+        self.accepted |= self.least < self.hump / CLEAR
 
-    def _coarsen(self, trial: Trial, steps: np.ndarray) -> None:
+    def _coarsen(self, steps: np.ndarray, constant: np.ndarray) -> None:
         """Try ever larger steps where round-off is too large, or may hide that a value depends on the coordinate."""
-        farthest, columns = FARTHEST * max(1.0, np.abs(self.x).max(), steps.max() / STEP), np.arange(len(self.x))
-        promising = np.ones(self.found.shape, dtype=bool)
-        hidden = trial.constant
+        farthest = FARTHEST * max(1.0, float(np.abs(self.x).max()), float(steps.max()) / STEP)
+        columns, promising = np.arange(len(self.x)), np.ones(constant.shape, dtype=bool)
         while True:
-            waiting = (~self.accepted[columns] & promising).any(axis=1)
+            waiting = (promising & ~self.accepted[columns]).any(axis=1)
             columns = columns[waiting & (RUNG * steps[columns] <= farthest)]
             if len(columns) == 0:
                 break
             steps[columns] *= RUNG
-            trial = self.attempt(columns, steps[columns])
-            better = trial.error < self.least[columns]
-            self._take(columns, trial, better)
-            promising = better | hidden[columns]
+            _, better = self._take(columns, self._attempt(columns, steps[columns]))
+            promising = better | constant[columns]
 
 
 def central_differences(
-    function: Values,
-    x: np.ndarray,
-    enters: np.ndarray | bool | None = None,
-    *,
-    step: float | None = None,
-    value: np.ndarray | None = None,
+    function: Values, x: np.ndarray, enters: Any = None, *, step: Any = None, value: Any = None, size: Any = 0.0
 ) -> np.ndarray:
     """Derivatives (m, n) of a function of x (n,) with values (m,); `step`: a first step, else by the sizes of x."""
-    size = np.abs(x)
-    largest = float(size.max())
-    first = STEP * np.where(size > VANISHING * largest, size, largest or 1.0) if step is None else np.full(len(x), step)
+    large = np.abs(x)
+    largest = float(large.max())
+    first = STEP * np.where(large > VANISHING * largest, large, largest or 1.0) if step is None else np.full(len(x), step)
     with np.errstate(all="ignore"):
         known = np.array(function(x.copy()) if value is None else value, dtype=np.float64)
-        return Differences(function, x, known, entering(function, x) if enters is None else enters).search(first).T
+        enters = entering(function, x) if enters is None else enters
+        return Differences(function, x, known, enters, size).search(first).T

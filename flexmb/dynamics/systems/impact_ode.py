@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.differences import STEP, central_differences
+from flexmb.dynamics.systems.differences import STEP, central_differences, terms
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, compiled_motion, state_of
 from flexmb.errors import InputError
@@ -216,16 +216,19 @@ class ImpactODE(OfFlow, ContinuousFlow):
     @property
     def _short(self) -> float:
         """First time of a difference [s]."""
-        return STEP * min(self.pace, self.period or self.pace)
+        return float(STEP * min(self.pace, self.period or self.pace))
 
     def rate_of_gap(self) -> float:
         """The present rate of the gap [1/s]."""
         t, x, f, p = self.time, self.state(), self.velocity(), self.parameters
+        now = np.array([self.gap(t, x.copy(), **p)])
+        size = terms(lambda y: [self.gap(t, y, **p)], x, now)
 
         def ahead(s: np.ndarray) -> list[float]:
             return [self.gap(t + s.item(), x + s * f, **p)]
 
-        return central_differences(ahead, np.zeros(1), False, step=self._short).item()
+        found = central_differences(ahead, np.zeros(1), False, step=self._short, value=now, size=size)
+        return float(found.item())
 
     def _hit(self, tangents: np.ndarray | None) -> None:
         """Apply the jump to the state and the saltation matrix to the tangent vectors."""
