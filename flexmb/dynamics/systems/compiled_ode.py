@@ -44,7 +44,7 @@ ROUND_OFF = 2.2e-16
 LEAST_STEP = 10.0 * ROUND_OFF  # least step over the present time
 THIRD_ORDER_SHARE = 0.01  # weight of the square of the error of order 3 beside that of order 5
 DIFFERENCE = 6e-6  # difference of the state for the rate of the gap, over its size
-SHORT = 1e-3  # largest time of that difference, over a step
+SHORT, SHORTEST = 1e-3, 1e-6  # largest and least time of that difference, over a step
 
 
 class Motion(Record):
@@ -156,10 +156,10 @@ def height_rate(heights, what, m, t, x, f):
     """Rate of the height [1/s] along the motion with rates f."""
     if what == LEVEL:
         return m.side * f[m.signal]
-    size, speed, n = 1.0, 1e-300, x.shape[0]
+    size, speed, n = 0.0, 1e-300, x.shape[0]
     for i in range(n):
         size, speed = max(size, abs(x[i])), max(speed, abs(f[i]))
-    s = min(DIFFERENCE * size / speed, SHORT * m.h)
+    s = max(min(DIFFERENCE * size / speed, SHORT * m.h), SHORTEST * m.size)
     for i in range(n):
         m.z[i] = x[i] + s * f[i]
     ahead = height(heights, what, m, t + s, m.z)

@@ -6,6 +6,7 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
+from itertools import product
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -204,10 +205,15 @@ TANGENT_ATOL = 1e-3
 INSTANTS = (0.0, 1.3247180e-6, 1.7320508e-3, 0.1234567, 0.3819660, 0.7548777, 1.3247180, 27.182818, 1.6180340e4)
 
 
-def compiled_motion(method: str, *functions: Any) -> CompiledMotion | None:
+def compiled_motion(method: str, start: np.ndarray, parameters: Parameters, *functions: Any) -> CompiledMotion | None:
     """Motion in compiled code of functions that numba has compiled, by the one method of that code; else None."""
     if method != METHODS[0] or not all(type(function).__module__.startswith("numba.") for function in functions):
         return None
+    for function, (state, _) in product(functions, samples(start)):
+        given = state[None].copy()
+        values_at(lambda x, f=function: f(0.0, x, **(parameters or {})) and 0.0, given, 1)
+        if (given != state).any():  # that code gives them no copies
+            return None
     made: CompiledMotion = import_module(f"{__package__}.compiled_ode").CompiledMotion(*functions)
     return made
 
@@ -274,7 +280,7 @@ class ODE(GivenSystem, ContinuousFlow):
         self.rtol = checks.between(label, "rtol", rtol, FINEST, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
-        self._motion = compiled_motion(self.method, function)
+        self._motion = compiled_motion(self.method, self.start, self._parameters, function)
         self.reset(parameters=self._parameters)
         state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
 

@@ -70,7 +70,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
         if not isinstance(ode, ODE):
             raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
         self.flow, self.gap, self.jump = ode, gap, jump
-        self._motion = compiled_motion(ode.method, ode.function, gap, jump)
+        self._motion = compiled_motion(ode.method, ode.start, ode.parameters, ode.function, gap, jump)
         if self._motion is not None:
             self._motion.take(ode.parameters)
         self.name, self.names, self.units = ode.name, ode.names, ode.units
