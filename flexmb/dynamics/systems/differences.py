@@ -21,11 +21,11 @@ ACCEPTED = 1e-7  # accepted difference of slopes at that point, over the slope: 
 CLEAR = 20.0  # bend, over round-off, that is one of the function
 VANISHING = 1e-12  # coordinate, over the largest one, that counts as zero
 FARTHEST = 1e3  # largest step, over the largest coordinate, or over 1
-ROUND_OFF = 2.2e-16
 PART = 1e-3  # change of coordinates that shows the sizes of terms
+ROUND_OFF = 2.2e-16
 # Distances of sample states from a state, over its largest coordinate or over 1.
 DISTANCES = (1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3)
-PLACES = np.array([[1.0], [-1.0], [NEAR]])  # points, over the step
+PLACES = np.array([[[1.0]], [[-1.0]], [[NEAR]]])  # points, over the step
 # Slope of the parabola through the first two points and the state, and what the third chord has beyond it, by chords.
 BY_CHORDS = np.array([[0.5, 0.5, 0.0], [-0.5 * (1.0 + NEAR), -0.5 * (1.0 - NEAR), 1.0]])
 
@@ -73,54 +73,43 @@ class Trial(NamedTuple):
     steepest: np.ndarray  # steepest chord
     bend: np.ndarray  # difference of slopes at a fourth point, by a bend of the function or by round-off
     unit: np.ndarray  # (k, 1) that difference by the round-off of 1
-    ahead: np.ndarray  # (k, 1) step
+    accepted: np.ndarray  # whether bend and round-off of the values are small beside the slope
 
 
 class Differences:
     """Derivatives (n, m) of a function at a state (n,): the accepted slopes, or the best of those that were tried."""
 
     # `enters` (n, m): values that are seen to depend on a coordinate. A step at which such a value is constant may be
-    # too small to be seen. `size` (m,): sizes of the terms whose sums are the values.
-    def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: Any, size: Any) -> None:
-        self.function, self.x, self.value, self.size = function, x, value, np.abs(value) + size
-        shape = len(x), len(value)
-        self.enters = np.broadcast_to(enters, shape)
-        self.found, self.least, self.hump = np.full(shape, np.nan), np.full(shape, np.inf), np.zeros(shape)
-        self.accepted = np.zeros(shape, dtype=bool)
+    # too small to be seen.
+    def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: np.ndarray) -> None:
+        self.function, self.x, self.value, self.enters = function, x, value, enters
 
-    def search(self, first: np.ndarray) -> np.ndarray:
-        """Derivatives by steps from rung to rung, beginning with first ones (n,)."""
-        columns = np.arange(len(self.x))
-        trial = self._attempt(columns, first)
-        if self._accepts(columns, trial).all():
-            return trial.slope
-        self.size = self.size + np.abs(self.x) @ np.nan_to_num(np.abs(trial.slope), posinf=0.0)
+    def attempt(self, columns: Any, steps: np.ndarray) -> Trial:
+        """Try the steps of some columns (k,) among steps (n,)."""
+        points = self.x + PLACES * np.diag(steps)[columns]
+        ahead, back, near = apart = (points - self.x).sum(axis=2, keepdims=True)
+        values = values_at(self.function, points.reshape(-1, len(self.x)), len(self.value))
+        chords = (values.reshape(3, len(ahead), -1) - self.value) / apart
+        slope, bend = (BY_CHORDS @ chords.reshape(3, -1)).reshape(2, *chords.shape[1:])
+        up, down, _ = np.abs(chords)
+        steepest, bend, unit = np.maximum(up, down), np.abs(bend), ROUND_OFF / near
+        limit = ACCEPTED * steepest
+        is_seen = (unit * np.abs(self.value) <= limit) | ~self.enters[columns] & (steepest == 0.0)
+        return Trial(slope, steepest, bend, unit, is_seen & (bend <= limit))
+
+    def search(self, trial: Trial, steps: np.ndarray, size: np.ndarray) -> np.ndarray:
+        """Derivatives by steps from rung to rung beside those of a trial; `size` (m,): of the terms of the values."""
+        shape, columns = trial.slope.shape, np.arange(len(self.x))
+        self.size, self.least, self.hump = np.abs(self.value) + size, np.full(shape, np.inf), np.zeros(shape)
+        self.found, self.accepted = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
         bends, _ = self._take(columns, trial)
-        self._refine(first.copy(), bends)
-        self._coarsen(first.copy(), trial.steepest == 0.0)
+        self._refine(steps.copy(), bends)
+        self._coarsen(steps.copy(), trial.steepest == 0.0)
         return self.found
-
-    def _attempt(self, columns: np.ndarray, steps: np.ndarray) -> Trial:
-        """Try steps (k,) of columns (k,)."""
-        k, m, rows = len(columns), len(self.value), np.arange(len(columns))
-        points = np.empty((3, k, len(self.x)))
-        points[:] = self.x
-        points[:, rows, columns] += PLACES * steps
-        apart = (points[:, rows, columns] - self.x[columns])[:, :, None]
-        chords = (values_at(self.function, points.reshape(3 * k, -1), m).reshape(3, k, m) - self.value) / apart
-        slope, bend = (BY_CHORDS @ chords.reshape(3, -1)).reshape(2, k, m)
-        ahead, _, near = apart
-        return Trial(slope, np.abs(chords[:2]).max(axis=0), np.abs(bend), ROUND_OFF / near, ahead)
-
-    def _accepts(self, columns: np.ndarray, trial: Trial) -> np.ndarray:
-        """Whether (k, m) bend and round-off of the values are small beside the slope."""
-        seen = (trial.steepest > 0.0) | self.enters[columns]
-        round_off = trial.unit * seen * (np.abs(self.value) + trial.ahead * trial.steepest)
-        return np.asarray(np.maximum(trial.bend, round_off) <= ACCEPTED * trial.steepest)
 
     def _take(self, columns: np.ndarray, trial: Trial, *, is_finer: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Take slopes that are accepted, or better; whether (k, m) the function bends, and slopes are better."""
-        round_off = trial.unit * (self.size + trial.ahead * trial.steepest)
+        round_off = trial.unit * self.size + trial.steepest * (ROUND_OFF / NEAR)
         error, bends = np.maximum(trial.bend, round_off), ~(trial.bend <= CLEAR * round_off)
         error[~np.isfinite(error)] = np.inf
         better = error < self.least[columns]
@@ -128,11 +117,10 @@ class Differences:
             hidden = bends & (error < np.inf)
             better = (trial.steepest > 0.0) & (better | hidden)
             self.hump[columns] = np.where(hidden, np.maximum(self.hump[columns], error), self.hump[columns])
-        accepted = self._accepts(columns, trial)
-        taken = ~self.accepted[columns] & (accepted | better)
+        taken = ~self.accepted[columns] & (trial.accepted | better)
         self.found[columns] = np.where(taken, trial.slope, self.found[columns])
         self.least[columns] = np.where(taken, error, self.least[columns])
-        self.accepted[columns] |= accepted
+        self.accepted[columns] |= trial.accepted
         return bends, better
 
     def _refine(self, steps: np.ndarray, bends: np.ndarray) -> None:
@@ -143,7 +131,7 @@ class Differences:
             if len(columns) == 0:
                 break
             steps[columns] /= RUNG
-            bends, _ = self._take(columns, self._attempt(columns, steps[columns]), is_finer=True)
+            bends, _ = self._take(columns, self.attempt(columns, steps), is_finer=True)
         self.accepted |= self.least < self.hump / CLEAR
 
     def _coarsen(self, steps: np.ndarray, constant: np.ndarray) -> None:
@@ -156,18 +144,32 @@ class Differences:
             if len(columns) == 0:
                 break
             steps[columns] *= RUNG
-            _, better = self._take(columns, self._attempt(columns, steps[columns]))
+            _, better = self._take(columns, self.attempt(columns, steps))
             promising = better | constant[columns]
 
 
-def central_differences(
-    function: Values, x: np.ndarray, enters: Any = None, *, step: Any = None, value: Any = None, size: Any = 0.0
-) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,) with values (m,); `step`: a first step, else by the sizes of x."""
-    large = np.abs(x)
-    largest = float(large.max())
-    first = STEP * np.where(large > VANISHING * largest, large, largest or 1.0) if step is None else np.full(len(x), step)
+def central_differences(function: Values, x: np.ndarray, enters: Any = None, value: Any = None) -> np.ndarray:
+    """Derivatives (m, n) of a function of x (n,), whose values (m,) may be known, and the coordinates seen in them."""
+    steps = np.abs(x)
+    largest = steps.max()
+    steps[steps <= VANISHING * largest] = largest or 1.0
+    steps *= STEP
     with np.errstate(all="ignore"):
-        known = np.array(function(x.copy()) if value is None else value, dtype=np.float64)
-        enters = entering(function, x) if enters is None else enters
-        return Differences(function, x, known, enters, size).search(first).T
+        value = np.array(function(x.copy()), dtype=np.float64) if value is None else value
+        tried = Differences(function, x, value, entering(function, x) if enters is None else enters)
+        trial = tried.attempt(slice(None), steps)
+        if trial.accepted.all():
+            return trial.slope.T
+        return tried.search(trial, steps, np.abs(x) @ np.nan_to_num(np.abs(trial.slope), posinf=0.0)).T
+
+
+def derivative(
+    function: Callable[[float], Any], x: float, step: float, value: np.ndarray, size: Callable[[], np.ndarray]
+) -> np.ndarray:
+    """Derivatives (m,) of a function of a number with values (m,), from a first step on; `size` as in a search."""
+    steps, enters = np.array([step]), np.zeros((1, len(value)), dtype=bool)
+    with np.errstate(all="ignore"):
+        tried = Differences(lambda s: function(s.item()), np.array([x]), value, enters)
+        trial = tried.attempt(slice(None), steps)
+        found = trial.slope if trial.accepted.all() else tried.search(trial, steps, size())
+    return found.reshape(-1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.differences import STEP, central_differences, terms
+from flexmb.dynamics.systems.differences import STEP, central_differences, derivative, terms
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, compiled_motion, state_of
 from flexmb.errors import InputError
@@ -211,7 +211,10 @@ class ImpactODE(OfFlow, ContinuousFlow):
 
     def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
         """Derivatives of a function of time."""
-        return central_differences(lambda s: function(s.item()), np.array([self.time]), False, step=self._short)[:, 0]
+        now, t = np.array(function(self.time), dtype=np.float64), self.time
+        return derivative(
+            function, t, self._short, now, lambda: terms(lambda s: function(s.item()), np.array([t]), now)
+        )
 
     @property
     def _short(self) -> float:
@@ -221,14 +224,12 @@ class ImpactODE(OfFlow, ContinuousFlow):
     def rate_of_gap(self) -> float:
         """The present rate of the gap [1/s]."""
         t, x, f, p = self.time, self.state(), self.velocity(), self.parameters
-        now = np.array([self.gap(t, x.copy(), **p)])
-        size = terms(lambda y: [self.gap(t, y, **p)], x, now)
-
-        def ahead(s: np.ndarray) -> list[float]:
-            return [self.gap(t + s.item(), x + s * f, **p)]
-
-        found = central_differences(ahead, np.zeros(1), False, step=self._short, value=now, size=size)
-        return float(found.item())
+        now = np.array([self.gap(t, x.copy(), **p)], dtype=np.float64)
+        along = derivative(
+            lambda s: [self.gap(t + s, x + s * f, **p)], 0.0, self._short, now,
+            lambda: terms(lambda y: [self.gap(t, y, **p)], x, now),
+        )  # fmt: skip
+        return float(along.item())
 
     def _hit(self, tangents: np.ndarray | None) -> None:
         """Apply the jump to the state and the saltation matrix to the tangent vectors."""
@@ -353,7 +354,10 @@ class FromImpact(OfFlow):
         after = np.array(flow.jump(t, x.copy(), **p), dtype=np.float64)
         if tangents is not None:
             n, by_time = flow._gradient()
-            J, j = central_differences(lambda y: flow.jump(t, y, **p), x), flow._by_time(lambda s: flow.jump(s, x.copy(), **p))
+            J, j = (
+                central_differences(lambda y: flow.jump(t, y, **p), x),
+                flow._by_time(lambda s: flow.jump(s, x.copy(), **p)),
+            )
             gaps = n @ tangents[:-1] + by_time * tangents[-1]
             flow.flow.reset(after, time=t)
             tangents[:-1] = J @ tangents[:-1] + np.outer(j - flow.velocity(), tangents[-1])
