@@ -195,20 +195,10 @@ class Basin:
 
 
 def basin(
-    system: Dynamics | Mechanism,
-    x: Axis,
-    y: Axis,
-    *,
-    period: Period = None,
-    settle: int = 20,
-    longest: int = 500,
-    repeats: int = 16,
-    tolerance: float = 1e-4,
-    bound: float = 1e3,
-    angles: Sequence[str] = (),
-    executor: Executor | int | None = None,
-    workers: int = 1,
-) -> Basin:
+    system: Dynamics | Mechanism, x: Axis, y: Axis, *, period: Period = None, settle: int = 20, longest: int = 500,
+    repeats: int = 16, tolerance: float = 1e-4, bound: float = 1e3, angles: Sequence[str] = (),
+    executor: Executor | int | None = None, workers: int = 1,
+) -> Basin:  # fmt: skip
     """Basins of attraction over two entries of the state; the other entries keep their present values.
 
     The motion from each point of the grid is observed once a period.  A motion is on an attractor when its section

@@ -481,15 +481,9 @@ class SectionSignals:
 
 @arguments.checked
 def stroboscopic(
-    system: Any,
-    *,
-    keep: int,
-    skip: int = 0,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
-    progress: bool = False,
-) -> xr.Dataset:
+    system: Any, *, keep: int, skip: int = 0, period: float | None = None, step: Step | None = None,
+    method: Newmark | None = None, progress: bool = False,
+) -> xr.Dataset:  # fmt: skip
     """States of a driven system once a period.
 
     Parameters
@@ -527,19 +521,10 @@ def stroboscopic(
 
 
 def section(
-    system: Any,
-    signal: str,
-    *,
-    keep: int,
-    skip: int = 0,
-    level: float = 0.0,
-    direction: str = "up",
-    limit: float | None = None,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
+    system: Any, signal: str, *, keep: int, skip: int = 0, level: float = 0.0, direction: str = "up",
+    limit: float | None = None, period: float | None = None, step: Step | None = None, method: Newmark | None = None,
     progress: bool = False,
-) -> xr.Dataset:
+) -> xr.Dataset:  # fmt: skip
     """States of a system at which a signal crosses a level (Poincare section), located on the steps of the solver.
 
     Parameters

@@ -349,16 +349,10 @@ KINDS = ("periodic", "quasi-periodic", "chaotic", "transient", "inconclusive")
 
 
 def judge(
-    points: Any,
-    names: Sequence[str],
-    *,
-    exponent: float | None = None,
-    error: float | None = None,
-    units: Sequence[str] | None = None,
-    driven: Sequence[str] = (),
-    floor: float = 1e-6,
+    points: Any, names: Sequence[str], *, exponent: float | None = None, error: float | None = None,
+    units: Sequence[str] | None = None, driven: Sequence[str] = (), floor: float = 1e-6,
     sizes: Sequence[float] | None = None,
-) -> Verdict:
+) -> Verdict:  # fmt: skip
     """The verdict on a motion from its successive section points.
 
     The first rule that applies decides:

@@ -442,14 +442,9 @@ class Recurrence:
 
 
 def recurrence(
-    signal: Any,
-    *,
-    threshold: float | None = None,
-    delay: int | None = None,
-    dimension: int | None = None,
-    theiler: int | None = None,
-    shortest: int = 2,
-) -> Recurrence:
+    signal: Any, *, threshold: float | None = None, delay: int | None = None, dimension: int | None = None,
+    theiler: int | None = None, shortest: int = 2,
+) -> Recurrence:  # fmt: skip
     """Recurrence quantification of a signal: rate of recurrence, and statistics of the lines of the recurrence matrix.
 
     The longest diagonal is as long as the record for periodic and quasi-periodic signals, and short for chaos.

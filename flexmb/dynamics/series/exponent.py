@@ -182,13 +182,9 @@ NEIGHBOURS = 8  # number of neighbours of a point
 
 
 def kantz(
-    signal: Any,
-    interval: Any = None,
-    *,
-    delay: int | None = None,
-    dimension: int | None = None,
+    signal: Any, interval: Any = None, *, delay: int | None = None, dimension: int | None = None,
     theiler: int | None = None,
-) -> SeriesExponent:
+) -> SeriesExponent:  # fmt: skip
     """Largest exponent: slope of <ln (mean distance of the neighbours of a point)> over time.
 
     The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
@@ -262,13 +258,9 @@ ROSENSTEIN_REFERENCES = 2000
 
 
 def rosenstein(
-    signal: Any,
-    interval: Any = None,
-    *,
-    delay: int | None = None,
-    dimension: int | None = None,
+    signal: Any, interval: Any = None, *, delay: int | None = None, dimension: int | None = None,
     theiler: int | None = None,
-) -> SeriesExponent:
+) -> SeriesExponent:  # fmt: skip
     """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
 
     The straight part begins one step after the time that a vector covers.  It ends where the error of its slope is
@@ -337,14 +329,9 @@ SMALLEST = 1e-4  # smallest distance of a pair, in standard deviations; smaller 
 
 
 def wolf(
-    signal: Any,
-    interval: Any = None,
-    *,
-    delay: int | None = None,
-    dimension: int | None = None,
-    theiler: int | None = None,
-    evolve: int | None = None,
-) -> SeriesExponent:
+    signal: Any, interval: Any = None, *, delay: int | None = None, dimension: int | None = None,
+    theiler: int | None = None, evolve: int | None = None,
+) -> SeriesExponent:  # fmt: skip
     """Largest exponent: mean of ln(L'/L) over time; L and L' are the distances of a neighbour `evolve` samples apart.
 
     After `evolve` samples the neighbour is replaced by a near point in nearly the same direction.  Periodic and

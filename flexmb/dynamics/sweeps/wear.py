@@ -228,20 +228,10 @@ def _notes(joints: Mapping[str, WornJoint]) -> Iterator[str]:
 
 @checked
 def wear_out(
-    mechanism: Mechanism,
-    *,
-    turns: float,
-    keep: int = 20,
-    settle: int = 1,
-    sample: int = 1,
-    tolerance: float = 0.02,
-    step: Step | None = None,
-    method: Method | None = None,
-    store: Any = None,
-    resume: bool = False,
-    progress: bool = False,
-    most_runs: int = MOST_RUNS,
-) -> xr.Dataset:
+    mechanism: Mechanism, *, turns: float, keep: int = 20, settle: int = 1, sample: int = 1, tolerance: float = 0.02,
+    step: Step | None = None, method: Method | None = None, store: Any = None, resume: bool = False,
+    progress: bool = False, most_runs: int = MOST_RUNS,
+) -> xr.Dataset:  # fmt: skip
     """Wear of the joints of a mechanism over many turns.
 
     A turn is a common period of the drives.  A run gives the wear of a turn with the present surfaces; the depths are
