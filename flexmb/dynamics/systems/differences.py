@@ -1,8 +1,7 @@
 """Derivatives of a user's function by differences: a step for each coordinate, found from the function itself.
 
-No step follows from a state alone: a coordinate may pass through zero, or have run through many periods of a function
-of it.  Steps are tried from rung to rung of a ladder until an entry is accepted.  The result depends on the present
-state only, so that motions go on with the same bits from a snapshot and in every thread.
+A state alone gives no step: a coordinate may pass zero, or have run through many periods.  The result depends on the
+present state only, so that motions go on with the same bits from a snapshot and in every thread.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ ACCEPTED = 1e-7  # accepted difference of slopes at that point, over the slope: 
 CLEAR = 20.0  # bend, over round-off, that is one of the function
 VANISHING = 1e-12  # coordinate, over the largest one, that counts as zero
 FARTHEST = 1e3  # largest step, over the largest coordinate, or over 1
-PART = 1e-3  # change of coordinates that shows the sizes of terms
 ROUND_OFF = 2.2e-16
 # Distances of sample states from a state, over its largest coordinate or over 1.
 DISTANCES = (1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3)
@@ -60,12 +58,6 @@ def entering(function: Values, x: np.ndarray) -> np.ndarray:
     return found
 
 
-def terms(function: Values, x: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Sizes (m,) of the terms whose sums are the values (m,), from small changes of all coordinates."""
-    points = x + PART * np.array([x, x * np.where(np.arange(len(x)) % 2, 1.0, -1.0)])
-    return np.nan_to_num(np.abs(values_at(function, points, len(value)) - value), posinf=0.0).max(axis=0) / PART
-
-
 class Trial(NamedTuple):
     """Slopes (k, m) of parabolas through a state and two points beside it in k directions."""
 
@@ -79,10 +71,10 @@ class Trial(NamedTuple):
 class Differences:
     """Derivatives (n, m) of a function at a state (n,): the accepted slopes, or the best of those that were tried."""
 
-    # `enters` (n, m): values that are seen to depend on a coordinate. A step at which such a value is constant may be
-    # too small to be seen.
-    def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: np.ndarray) -> None:
-        self.function, self.x, self.value, self.enters = function, x, value, enters
+    def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: np.ndarray | bool) -> None:
+        self.function, self.x, self.value = function, x, value
+        # values (n, m) that are seen to depend on a coordinate: constant ones are not accepted, a step may be too small
+        self.enters = enters | np.zeros((len(x), len(value)), dtype=bool)
 
     def attempt(self, columns: Any, steps: np.ndarray) -> Trial:
         """Try the steps of some columns (k,) among steps (n,)."""
@@ -103,8 +95,9 @@ class Differences:
         self.size, self.least, self.hump = np.abs(self.value) + size, np.full(shape, np.inf), np.zeros(shape)
         self.found, self.accepted = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
         bends, _ = self._take(columns, trial)
-        self._refine(steps.copy(), bends)
-        self._coarsen(steps.copy(), trial.steepest == 0.0)
+        self._walk(steps.copy(), bends, is_finer=True)
+        self.accepted |= self.least < self.hump / CLEAR
+        self._walk(steps.copy(), np.ones(shape, dtype=bool), is_finer=False, constant=trial.steepest == 0.0)
         return self.found
 
     def _take(self, columns: np.ndarray, trial: Trial, *, is_finer: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -123,53 +116,37 @@ class Differences:
         self.accepted[columns] |= trial.accepted
         return bends, better
 
-    def _refine(self, steps: np.ndarray, bends: np.ndarray) -> None:
-        """Try ever smaller steps where the function bends."""
-        columns = np.arange(len(self.x))
-        for _ in range(RUNGS):
-            columns = columns[(bends & ~self.accepted[columns]).any(axis=1)]
-            if len(columns) == 0:
-                break
-            steps[columns] /= RUNG
-            bends, _ = self._take(columns, self.attempt(columns, steps), is_finer=True)
-        self.accepted |= self.least < self.hump / CLEAR
-
-    def _coarsen(self, steps: np.ndarray, constant: np.ndarray) -> None:
-        """Try ever larger steps where round-off is too large, or may hide that a value depends on the coordinate."""
+    def _walk(self, steps: np.ndarray, waits: np.ndarray, *, is_finer: bool, constant: Any = False) -> None:
+        """Try smaller steps where the function bends, or larger ones where round-off is too large, or hides a value."""
         farthest = FARTHEST * max(1.0, float(np.abs(self.x).max()), float(steps.max()) / STEP)
-        columns, promising = np.arange(len(self.x)), np.ones(constant.shape, dtype=bool)
-        while True:
-            waiting = (promising & ~self.accepted[columns]).any(axis=1)
-            columns = columns[waiting & (RUNG * steps[columns] <= farthest)]
+        columns, ratio = np.arange(len(self.x)), 1.0 / RUNG if is_finer else RUNG
+        constant = constant | np.zeros(waits.shape, dtype=bool)
+        for _ in range(RUNGS):
+            waiting = (waits & ~self.accepted[columns]).any(axis=1)
+            columns = columns[waiting & (ratio * steps[columns] <= farthest)]
             if len(columns) == 0:
                 break
-            steps[columns] *= RUNG
-            _, better = self._take(columns, self.attempt(columns, steps))
-            promising = better | constant[columns]
+            steps[columns] *= ratio
+            bends, better = self._take(columns, self.attempt(columns, steps), is_finer=is_finer)
+            waits = bends if is_finer else better | constant[columns]
 
 
-def central_differences(function: Values, x: np.ndarray, enters: Any = None, value: Any = None) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,), whose values (m,) may be known, and the coordinates seen in them."""
-    steps = np.abs(x)
-    largest = steps.max()
-    steps[steps <= VANISHING * largest] = largest or 1.0
-    steps *= STEP
+def central_differences(
+    function: Values, x: np.ndarray, enters: Any = None, value: Any = None, steps: Any = None, size: Any = None
+) -> np.ndarray:
+    """Derivatives (m, n) of a function of x (n,) with values (m,)."""
+    # What is known may be given: the coordinates that are seen in the values, the values, first steps (n,), and a
+    # function that returns the sizes (m,) of the terms whose sums are the values.
+    if steps is None:
+        steps = np.abs(x)
+        largest = steps.max()
+        steps[steps <= VANISHING * largest] = largest or 1.0
+        steps *= STEP
     with np.errstate(all="ignore"):
         value = np.array(function(x.copy()), dtype=np.float64) if value is None else value
         tried = Differences(function, x, value, entering(function, x) if enters is None else enters)
         trial = tried.attempt(slice(None), steps)
         if trial.accepted.all():
             return trial.slope.T
-        return tried.search(trial, steps, np.abs(x) @ np.nan_to_num(np.abs(trial.slope), posinf=0.0)).T
-
-
-def derivative(
-    function: Callable[[float], Any], x: float, step: float, value: np.ndarray, size: Callable[[], np.ndarray]
-) -> np.ndarray:
-    """Derivatives (m,) of a function of a number with values (m,), from a first step on; `size` as in a search."""
-    steps, enters = np.array([step]), np.zeros((1, len(value)), dtype=bool)
-    with np.errstate(all="ignore"):
-        tried = Differences(lambda s: function(s.item()), np.array([x]), value, enters)
-        trial = tried.attempt(slice(None), steps)
-        found = trial.slope if trial.accepted.all() else tried.search(trial, steps, size())
-    return found.reshape(-1)
+        by_slopes = np.abs(x) @ np.nan_to_num(np.abs(trial.slope), posinf=0.0)
+        return tried.search(trial, steps, by_slopes if size is None else size()).T

@@ -79,13 +79,11 @@ class GivenSystem(Dynamics):
         self._state = self.start.copy() if state is None else state_of(self._label, state, self.size)
         self.ok, self.status = True, "ready"
 
-    def _by_differences(
-        self, function: Values, x: np.ndarray, example: Values, value: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Derivatives of a function at x; `example` is that function at a time that is the same in all calls."""
+    def _seen(self, function: Values) -> np.ndarray:
+        """Coordinates that are seen in the values of the function of the system."""
         if self._entering is None:
-            self._entering = entering(example, self.start)
-        return central_differences(function, x, self._entering, value=value)
+            self._entering = entering(function, self.start)
+        return self._entering
 
 
 def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
@@ -194,7 +192,7 @@ class Map(GivenSystem):
     def _slope(self, x: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
             return square_of(self._label, self.jacobian(x.copy(), **self._parameters), self.size)
-        return self._by_differences(self._next, x, self._next)
+        return central_differences(self._next, x, self._seen(self._next))
 
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
@@ -205,13 +203,13 @@ TANGENT_ATOL = 1e-3
 INSTANTS = (0.0, 1.3247180e-6, 1.7320508e-3, 0.1234567, 0.3819660, 0.7548777, 1.3247180, 27.182818, 1.6180340e4)
 
 
-def compiled_motion(method: str, start: np.ndarray, parameters: Parameters, *functions: Any) -> CompiledMotion | None:
+def compiled_motion(method: str, start: np.ndarray, parameters: Any, *functions: Any) -> CompiledMotion | None:
     """Motion in compiled code of functions that numba has compiled, by the one method of that code; else None."""
     if method != METHODS[0] or not all(type(function).__module__.startswith("numba.") for function in functions):
         return None
     for function, (state, _) in product(functions, samples(start)):
         given = state[None].copy()
-        values_at(lambda x, f=function: f(0.0, x, **(parameters or {})) and 0.0, given, 1)
+        values_at(partial(function, 0.0, **parameters), given, len(start))
         if (given != state).any():  # that code gives them no copies
             return None
     made: CompiledMotion = import_module(f"{__package__}.compiled_ode").CompiledMotion(*functions)
@@ -360,24 +358,21 @@ class ODE(GivenSystem, ContinuousFlow):
     def _depends_on_time(self) -> bool:
         if self.period is not None:
             return True
-        known = False
+        known, f, p = False, self.function, self._parameters
         for state, _ in samples(self.start):  # a factor of the drive may vanish at the start
-            values = values_at(partial(self._at, state), np.array(INSTANTS)[:, None], self.size)
+            values = np.vstack([values_at(partial(f, t, **p), state[None].copy(), self.size) for t in INSTANTS])
             values = values[np.isfinite(values).all(axis=1)]
             known = known or len(values) > 1
             if (values != values[:1]).any():
                 return True
         return not known
 
-    def _at(self, state: np.ndarray, time: np.ndarray) -> Any:
-        """Rates of a state at a time (1,)."""
-        return self.function(time.item(), state.copy(), **self._parameters)
-
     def _slope(self, t: float, x: np.ndarray, rate: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
             return square_of(self._label, self.jacobian(t, x.copy(), **self._parameters), self.size)
         f, p = self.function, self._parameters
-        return self._by_differences(lambda y: f(t, y, **p), x, lambda y: f(max(INSTANTS), y, **p), rate)
+        seen = self._seen(lambda y: f(max(INSTANTS), y, **p))
+        return central_differences(lambda y: f(t, y, **p), x, seen, rate)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""

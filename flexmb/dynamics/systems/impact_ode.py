@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.differences import STEP, central_differences, derivative, terms
+from flexmb.dynamics.systems.differences import STEP, central_differences
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, compiled_motion, state_of
 from flexmb.errors import InputError
@@ -211,24 +211,23 @@ class ImpactODE(OfFlow, ContinuousFlow):
 
     def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
         """Derivatives of a function of time."""
-        now, t = np.array(function(self.time), dtype=np.float64), self.time
-        return derivative(
-            function, t, self._short, now, lambda: terms(lambda s: function(s.item()), np.array([t]), now)
-        )
+        return central_differences(lambda s: function(s.item()), np.array([self.time]), False, steps=self._short)[:, 0]
 
     @property
-    def _short(self) -> float:
-        """First time of a difference [s]."""
-        return float(STEP * min(self.pace, self.period or self.pace))
+    def _short(self) -> Any:
+        """First time (1,) of a difference [s]."""
+        return np.array([STEP * min(self.pace, self.period or self.pace)])
 
     def rate_of_gap(self) -> float:
         """The present rate of the gap [1/s]."""
         t, x, f, p = self.time, self.state(), self.velocity(), self.parameters
-        now = np.array([self.gap(t, x.copy(), **p)], dtype=np.float64)
-        along = derivative(
-            lambda s: [self.gap(t + s, x + s * f, **p)], 0.0, self._short, now,
-            lambda: terms(lambda y: [self.gap(t, y, **p)], x, now),
-        )  # fmt: skip
+
+        def size() -> Any:
+            return np.abs(central_differences(lambda y: [self.gap(t, y, **p)], x)) @ np.abs(x)
+
+        along = central_differences(
+            lambda s: [self.gap(t + s.item(), x + s * f, **p)], np.zeros(1), False, steps=self._short, size=size
+        )
         return float(along.item())
 
     def _hit(self, tangents: np.ndarray | None) -> None:
@@ -304,9 +303,8 @@ class FromImpact(OfFlow):
     """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant)."""
 
     # Equation (9.14) of docs/theory/exponents.md.
-    # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact is not
-    # located but stands at the start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold
-    # the span around the instant.
+    # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact stands at the
+    # start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold the span around the instant.
     unit = "periods"
     flow: ImpactODE
 
@@ -354,10 +352,8 @@ class FromImpact(OfFlow):
         after = np.array(flow.jump(t, x.copy(), **p), dtype=np.float64)
         if tangents is not None:
             n, by_time = flow._gradient()
-            J, j = (
-                central_differences(lambda y: flow.jump(t, y, **p), x),
-                flow._by_time(lambda s: flow.jump(s, x.copy(), **p)),
-            )
+            J = central_differences(lambda y: flow.jump(t, y, **p), x)
+            j = flow._by_time(lambda s: flow.jump(s, x.copy(), **p))
             gaps = n @ tangents[:-1] + by_time * tangents[-1]
             flow.flow.reset(after, time=t)
             tangents[:-1] = J @ tangents[:-1] + np.outer(j - flow.velocity(), tangents[-1])
