@@ -17,7 +17,7 @@ STEP = 2e-5  # first step, over the coordinate: between cube and square root of 
 RUNG, RUNGS = 17.0, 18  # ratio of two steps that are tried, and most of them in one direction
 NEAR = 0.0571  # place of the point that tests a parabola, over the step; a chance ratio
 ACCEPTED = 1e-7  # accepted difference of slopes at that point, over the slope: round-off and bend of the function
-CLEAR = 20.0  # bend, over round-off, that is one of the function
+CLEAR, FALLEN = 20.0, 100.0  # bend, over round-off, that is one of the function; fall of bends that is no chance
 VANISHING = 1e-12  # coordinate, over the largest one, that counts as zero
 FARTHEST = 1e3  # largest step, over the largest coordinate, or over 1
 ROUND_OFF = 2.2e-16
@@ -96,7 +96,7 @@ class Differences:
         self.found, self.accepted = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
         bends, _ = self._take(columns, trial)
         self._walk(steps.copy(), bends, is_finer=True)
-        self.accepted |= self.least < self.hump / CLEAR
+        self.accepted |= self.least < self.hump / FALLEN
         self._walk(steps.copy(), np.ones(shape, dtype=bool), is_finer=False, constant=trial.steepest == 0.0)
         return self.found
 

@@ -223,7 +223,8 @@ class ImpactODE(OfFlow, ContinuousFlow):
         t, x, f, p = self.time, self.state(), self.velocity(), self.parameters
 
         def size() -> Any:
-            return np.abs(central_differences(lambda y: [self.gap(t, y, **p)], x)) @ np.abs(x)
+            n, by_time = self._gradient()
+            return np.array([np.abs(n) @ np.abs(x) + abs(by_time * t)])
 
         along = central_differences(
             lambda s: [self.gap(t + s.item(), x + s * f, **p)], np.zeros(1), False, steps=self._short, size=size
@@ -304,7 +305,7 @@ class FromImpact(OfFlow):
 
     # Equation (9.14) of docs/theory/exponents.md.
     # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact stands at the
-    # start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold the span around the instant.
+    # start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold the span around it.
     unit = "periods"
     flow: ImpactODE
 
