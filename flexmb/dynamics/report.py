@@ -404,8 +404,7 @@ def _compared(found: SeriesExponent, system: Exponents) -> str:
 
 def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
     """Datasets of a report by the name of their group, see `ChaosReport.groups`."""
-    groups = {"": _root(report)}
-    motion = report.motion
+    groups, motion = {"": _root(report)}, report.motion
     if motion.times.size:
         columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
         data = {name: ("time", column, {"units": units}) for name, units, column in columns}

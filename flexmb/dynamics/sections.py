@@ -374,8 +374,7 @@ class SectionMap(SectionOfFlow):
         return self.ok
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        T = np.array(tangents, dtype=np.float64)
-        n = self.flow.size
+        T, n = np.array(tangents, dtype=np.float64), self.flow.size
         later = np.outer(self.flow.velocity(), T[n]) if self.flow.driven else 0.0
         T[:n] = self.flow.on_manifold(T[:n] - later) + later
         return T

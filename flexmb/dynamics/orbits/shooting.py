@@ -51,8 +51,7 @@ class StateSpace:
 
     def basis(self, system: Dynamics) -> np.ndarray:
         """Basis (size, d) of the differences that the present state of a `system` allows, orthonormal."""
-        d = system.dimension
-        W = np.zeros((system.size, 0))
+        d, W = system.dimension, np.zeros((system.size, 0))
         if d:
             W = system.on_manifold(np.eye(d)) if d == system.size else system.on_section(system.tangent_basis(d))
             orthonormalise(W, self.weights)

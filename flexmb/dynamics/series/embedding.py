@@ -393,8 +393,7 @@ def _scaling(log_radius: np.ndarray, share: np.ndarray, least: float) -> tuple[f
             if np.abs(inside - inside.mean()).max() > EVEN * max(inside.mean(), 0.05):
                 continue
             if x[j + 2] - x[i] >= longest:
-                longest = x[j + 2] - x[i]
-                line = np.polyfit(x[i : j + 3], y[i : j + 3], 1)
+                longest, line = x[j + 2] - x[i], np.polyfit(x[i : j + 3], y[i : j + 3], 1)
                 best = (float(line[0]), float(x[i]), float(x[j + 2]), float(inside.std()))
     return best
 

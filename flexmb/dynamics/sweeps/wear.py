@@ -79,14 +79,11 @@ class Turns:
             raise StoppedError(sol.status)
         found = {name: joint.worn_in(sol) for name, joint in worn.items()}
         period = float(sol.time[-1]) / (self.settle + self.sample)
-        return Rate(
-            {name: worn[name].smoothed(wear.depths) * period / wear.time for name, wear in found.items()},
-            {name: wear.volume * period / wear.time for name, wear in found.items()},
-            {
-                name: max(sol.peak(f"{name}.{one}").value for one in joint.wear_signals if one.endswith(FORCE))
-                for name, joint in worn.items()
-            },
-        )
+        depths = {name: worn[name].smoothed(wear.depths) * period / wear.time for name, wear in found.items()}
+        volumes = {name: wear.volume * period / wear.time for name, wear in found.items()}
+        forces = {name: [f"{name}.{one}" for one in worn[name].wear_signals if one.endswith(FORCE)] for name in worn}
+        peaks = {name: max(sol.peak(one).value for one in several) for name, several in forces.items()}
+        return Rate(depths, volumes, peaks)
 
 
 class Life:

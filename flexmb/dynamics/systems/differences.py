@@ -7,6 +7,7 @@ present state only, so that motions go on with the same bits from a snapshot and
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,12 +39,10 @@ def samples(x: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
 
 def values_at(function: Values, points: np.ndarray, count: int) -> np.ndarray:
     """Values (k, count) at trial points (k, n), which the function may change; NaN where it has none."""
-    found = np.empty((len(points), count))
+    found = np.full((len(points), count), np.nan)
     for k, point in enumerate(points):
-        try:
+        with suppress(Exception):  # a motion need not reach the point
             found[k] = function(point)
-        except Exception:  # a motion need not reach the point
-            found[k] = np.nan
     return found
 
 
@@ -94,10 +93,11 @@ class Differences:
         shape, columns = trial.slope.shape, np.arange(len(self.x))
         self.size, self.least, self.hump = np.abs(self.value) + size, np.full(shape, np.inf), np.zeros(shape)
         self.found, self.accepted = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
+        self.constant = trial.steepest == 0.0
         bends, _ = self._take(columns, trial)
         self._walk(steps.copy(), bends, is_finer=True)
         self.accepted |= self.least < self.hump / FALLEN
-        self._walk(steps.copy(), np.ones(shape, dtype=bool), is_finer=False, constant=trial.steepest == 0.0)
+        self._walk(steps.copy(), np.ones(shape, dtype=bool), is_finer=False)
         return self.found
 
     def _take(self, columns: np.ndarray, trial: Trial, *, is_finer: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -116,11 +116,10 @@ class Differences:
         self.accepted[columns] |= trial.accepted
         return bends, better
 
-    def _walk(self, steps: np.ndarray, waits: np.ndarray, *, is_finer: bool, constant: Any = False) -> None:
+    def _walk(self, steps: np.ndarray, waits: np.ndarray, *, is_finer: bool) -> None:
         """Try smaller steps where the function bends, or larger ones where round-off is too large, or hides a value."""
         farthest = FARTHEST * max(1.0, float(np.abs(self.x).max()), float(steps.max()) / STEP)
         columns, ratio = np.arange(len(self.x)), 1.0 / RUNG if is_finer else RUNG
-        constant = constant | np.zeros(waits.shape, dtype=bool)
         for _ in range(RUNGS):
             waiting = (waits & ~self.accepted[columns]).any(axis=1)
             columns = columns[waiting & (ratio * steps[columns] <= farthest)]
@@ -128,15 +127,14 @@ class Differences:
                 break
             steps[columns] *= ratio
             bends, better = self._take(columns, self.attempt(columns, steps), is_finer=is_finer)
-            waits = bends if is_finer else better | constant[columns]
+            waits = bends if is_finer else better | self.constant[columns]
 
 
 def central_differences(
     function: Values, x: np.ndarray, enters: Any = None, value: Any = None, steps: Any = None, size: Any = None
 ) -> np.ndarray:
     """Derivatives (m, n) of a function of x (n,) with values (m,)."""
-    # What is known may be given: the coordinates that are seen in the values, the values, first steps (n,), and a
-    # function that returns the sizes (m,) of the terms whose sums are the values.
+    # May be known: coordinates seen in the values, the values, first steps, a function for `size` in a search.
     if steps is None:
         steps = np.abs(x)
         largest = steps.max()

@@ -44,7 +44,6 @@ class GivenSystem(Dynamics):
             function_of(label, "jacobian", jacobian)
         self.start, self._parameters = state_of(label, start), checks.mapping(label, "parameters", parameters)
         self.names = names_of(label, "names", names, [f"x{i}" for i in range(len(self.start))])
-        self._entering = None
 
     @property
     def _label(self) -> str:
@@ -164,7 +163,7 @@ class Map(GivenSystem):
     ) -> None:  # fmt: skip
         self._declare(name, function, start, jacobian, parameters, names)
         self.units = ("",) * len(self.names)
-        self.reset()
+        self.reset(parameters=self._parameters)
         state_of(f"{self._label}: function", self._next(self.start.copy()), len(self.start))
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
@@ -358,14 +357,13 @@ class ODE(GivenSystem, ContinuousFlow):
     def _depends_on_time(self) -> bool:
         if self.period is not None:
             return True
-        known, f, p = False, self.function, self._parameters
+        f, p = self.function, self._parameters
         for state, _ in samples(self.start):  # a factor of the drive may vanish at the start
             values = np.vstack([values_at(partial(f, t, **p), state[None].copy(), self.size) for t in INSTANTS])
             values = values[np.isfinite(values).all(axis=1)]
-            known = known or len(values) > 1
             if (values != values[:1]).any():
                 return True
-        return not known
+        return False
 
     def _slope(self, t: float, x: np.ndarray, rate: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:

@@ -207,16 +207,12 @@ class ImpactODE(OfFlow, ContinuousFlow):
         """Derivatives (size,) of the gap by the state, and its derivative by time."""
         x, t, p = self.state(), self.time, self.parameters
         n = central_differences(lambda y: [self.gap(t, y, **p)], x)[0]
-        return n, float(self._by_time(lambda s: [self.gap(s, x.copy(), **p)])[0])
+        return n, float(self._by_time(lambda s: [self.gap(s, x.copy(), **p)], t)[0])
 
-    def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
-        """Derivatives of a function of time."""
-        return central_differences(lambda s: function(s.item()), np.array([self.time]), False, steps=self._short)[:, 0]
-
-    @property
-    def _short(self) -> Any:
-        """First time (1,) of a difference [s]."""
-        return np.array([STEP * min(self.pace, self.period or self.pace)])
+    def _by_time(self, function: Callable[[float], Any], time: float, size: Any = None) -> np.ndarray:
+        """Derivatives of a function of time, at a time."""
+        first, t = np.array([STEP * min(self.pace, self.period or self.pace)]), np.array([time])
+        return central_differences(lambda s: function(s.item()), t, False, steps=first, size=size)[:, 0]
 
     def rate_of_gap(self) -> float:
         """The present rate of the gap [1/s]."""
@@ -226,10 +222,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
             n, by_time = self._gradient()
             return np.array([np.abs(n) @ np.abs(x) + abs(by_time * t)])
 
-        along = central_differences(
-            lambda s: [self.gap(t + s.item(), x + s * f, **p)], np.zeros(1), False, steps=self._short, size=size
-        )
-        return float(along.item())
+        return float(self._by_time(lambda s: [self.gap(t + s, x + s * f, **p)], 0.0, size).item())
 
     def _hit(self, tangents: np.ndarray | None) -> None:
         """Apply the jump to the state and the saltation matrix to the tangent vectors."""
@@ -245,7 +238,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
             self.flow.reset(after, time=t)
             return
         n, _ = self._gradient()
-        j = self._by_time(lambda s: self.jump(s, x.copy(), **p))
+        j = self._by_time(lambda s: self.jump(s, x.copy(), **p), t)
         self.flow.reset(after, time=t)
         J = central_differences(lambda y: self.jump(t, y, **p), x)
         tangents[:] = J @ tangents + np.outer(self.velocity() - J @ before - j, n @ tangents) / rate
@@ -304,7 +297,7 @@ class FromImpact(OfFlow):
     """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant)."""
 
     # Equation (9.14) of docs/theory/exponents.md.
-    # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact stands at the
+    # Fixed points are periodic orbits with that impact: the state returns, the gap vanishes. The impact stands at the
     # start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold the span around it.
     unit = "periods"
     flow: ImpactODE
@@ -354,7 +347,7 @@ class FromImpact(OfFlow):
         if tangents is not None:
             n, by_time = flow._gradient()
             J = central_differences(lambda y: flow.jump(t, y, **p), x)
-            j = flow._by_time(lambda s: flow.jump(s, x.copy(), **p))
+            j = flow._by_time(lambda s: flow.jump(s, x.copy(), **p), t)
             gaps = n @ tangents[:-1] + by_time * tangents[-1]
             flow.flow.reset(after, time=t)
             tangents[:-1] = J @ tangents[:-1] + np.outer(j - flow.velocity(), tangents[-1])
