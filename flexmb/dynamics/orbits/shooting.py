@@ -340,8 +340,7 @@ def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, 
     """Times (n,), signals (n, names) and states from the present state on; `count` + 1, fewer after a failure."""
     # The duration is in seconds or iterations; a map gives every iteration.
     flow = system.unit == "s"
-    count = count if flow else round(duration)
-    begin = system.time
+    count, begin = count if flow else round(duration), system.time
     times, values, states = [begin], [system.observe()], [system.state()]
     for k in range(count):
         ahead = begin + duration * (k + 1) / count - system.time

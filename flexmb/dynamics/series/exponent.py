@@ -136,8 +136,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
         blocks = curves(points, theiler, steps, shift)
         if blocks.shape[0] < BLOCKS:
             return Slope(np.nan, np.nan, "Too few points have a neighbour that is not the same point again.")
-        mean = blocks.mean(axis=0)
-        begin = int(np.searchsorted(steps, window + 1))
+        mean, begin = blocks.mean(axis=0), int(np.searchsorted(steps, window + 1))
         above = np.flatnonzero(mean[begin:] > ceiling)
         if len(above) or reach >= longest:
             break

@@ -92,8 +92,7 @@ class Differences:
         """Derivatives by steps from rung to rung beside those of a trial; `size` (m,): of the terms of the values."""
         shape, columns = trial.slope.shape, np.arange(len(self.x))
         self.size, self.least, self.hump = np.abs(self.value) + size, np.full(shape, np.inf), np.zeros(shape)
-        self.found, self.accepted = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
-        self.constant = trial.steepest == 0.0
+        self.found, self.accepted, self.constant = np.full(shape, np.nan), np.zeros(shape, bool), trial.steepest == 0.0
         bends, _ = self._take(columns, trial)
         self._walk(steps.copy(), bends, is_finer=True)
         self.accepted |= self.least < self.hump / FALLEN

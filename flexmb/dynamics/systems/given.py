@@ -357,9 +357,9 @@ class ODE(GivenSystem, ContinuousFlow):
     def _depends_on_time(self) -> bool:
         if self.period is not None:
             return True
-        f, p = self.function, self._parameters
+        rates = [partial(self.function, t, **self._parameters) for t in INSTANTS]
         for state, _ in samples(self.start):  # a factor of the drive may vanish at the start
-            values = np.vstack([values_at(partial(f, t, **p), state[None].copy(), self.size) for t in INSTANTS])
+            values = np.vstack([values_at(rate, state[None].copy(), self.size) for rate in rates])
             values = values[np.isfinite(values).all(axis=1)]
             if (values != values[:1]).any():
                 return True
