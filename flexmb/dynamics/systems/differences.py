@@ -68,7 +68,7 @@ class Trial(NamedTuple):
 
 
 class Differences:
-    """Derivatives (n, m) of a function at a state (n,): the accepted slopes, or the best of those that were tried."""
+    """Derivatives (n, m) of a function at a state (n,): accepted slopes, or else the best ones."""
 
     def __init__(self, function: Values, x: np.ndarray, value: np.ndarray, enters: np.ndarray | bool) -> None:
         self.function, self.x, self.value = function, x, value
@@ -89,7 +89,7 @@ class Differences:
         return Trial(slope, steepest, bend, unit, is_seen & (bend <= limit))
 
     def search(self, trial: Trial, steps: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """Derivatives by steps from rung to rung beside those of a trial; `size` (m,): of the terms of the values."""
+        """Derivatives from a trial on, by steps from rung to rung; `size` (m,): sizes of the terms of the values."""
         shape, columns = trial.slope.shape, np.arange(len(self.x))
         self.size, self.least, self.hump = np.abs(self.value) + size, np.full(shape, np.inf), np.zeros(shape)
         self.found, self.accepted, self.constant = np.full(shape, np.nan), np.zeros(shape, bool), trial.steepest == 0.0
