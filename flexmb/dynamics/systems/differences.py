@@ -40,20 +40,20 @@ def samples(x: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
 def values_at(function: Values, points: np.ndarray, count: int) -> np.ndarray:
     """Values (k, count) at trial points (k, n), which the function may change; NaN where it has none."""
     found = np.full((len(points), count), np.nan)
-    for k, point in enumerate(points):
-        with suppress(Exception):  # a motion need not reach the point
-            found[k] = function(point)
+    with np.errstate(all="ignore"):
+        for k, point in enumerate(points):
+            with suppress(Exception):  # a motion need not reach the point
+                found[k] = function(point)
     return found
 
 
 def entering(function: Values, x: np.ndarray) -> np.ndarray:
     """Whether (n, m) coordinates are seen in the values, at any of some states around x (n,)."""
-    with np.errstate(all="ignore"):
-        n, m = len(x), len(np.asarray(function(x.copy())))
-        found = np.zeros((n, m), dtype=bool)
-        for state, size in samples(x):
-            values = values_at(function, state + np.vstack([np.zeros(n), 0.7 * size * np.eye(n)]), m)
-            found |= np.isfinite(values[0]) & np.isfinite(values[1:]) & (values[1:] != values[0])
+    n, m = len(x), len(np.asarray(function(x.copy())))
+    found = np.zeros((n, m), dtype=bool)
+    for state, size in samples(x):
+        values = values_at(function, state + np.vstack([np.zeros(n), 0.7 * size * np.eye(n)]), m)
+        found |= np.isfinite(values[0]) & np.isfinite(values[1:]) & (values[1:] != values[0])
     return found
 
 
