@@ -439,6 +439,7 @@ dynamics.systems.impact_ode.PILE | 1 | interval | impacts that are closer pile u
 dynamics.systems.compiled_ode.LEAST_STEP | 1 | time | least step of a compiled equation
 dynamics.systems.compiled_ode.DIFFERENCE | 1 | size of the state | difference for the rate of a compiled gap
 dynamics.systems.compiled_ode.SHORT | 1 | a step | most time of that difference
+dynamics.systems.compiled_ode.SHORTEST | 1 | a step | least time of that difference
 dynamics.systems.impact_ode.STEPS | steps | nothing | least steps of a period for turning points of the gap
 dynamics.orbits.grazing.QUARTER | 1 | time to the next impact | half of a silent span, at most
 dynamics.orbits.grazing.LONGEST | 1 | period | half of a silent span, at most
@@ -460,6 +461,16 @@ dynamics.systems.mechanism_flow.NUDGE | 1 | size of the state | difference for a
 dynamics.orbits.orbit_newton.HALVINGS | halvings | nothing | most halvings of a correction
 dynamics.orbits.orbit_newton.SMALLEST_SINGULAR | 1 | largest singular value | directions without a say
 dynamics.orbits.orbit_newton.LARGEST_STRETCH | 1 | size of the state | longest correction
+dynamics.systems.differences.STEP | 1 | coordinate | first step of a difference of an own function
+dynamics.systems.differences.RUNG | 1 | nothing | ratio of two steps that are tried
+dynamics.systems.differences.RUNGS | steps | nothing | most steps that are tried in one direction
+dynamics.systems.differences.NEAR | 1 | a step | place of the point that tests a difference
+dynamics.systems.differences.ACCEPTED | 1 | slope | difference of slopes of an accepted step
+dynamics.systems.differences.CLEAR | 1 | round-off | bend of a function
+dynamics.systems.differences.FALLEN | 1 | a bend | fall of bends that is no chance
+dynamics.systems.differences.VANISHING | 1 | largest coordinate | coordinate that counts as zero
+dynamics.systems.differences.FARTHEST | 1 | largest coordinate, or 1 | largest step of a difference
+dynamics.systems.differences.DISTANCES | 1 | largest coordinate, or 1 | states at which a dependence is sought
 dynamics.systems.given.FINEST | 1 | state | finest tolerance of a second run
 dynamics.systems.given.TANGENT_ATOL | 1 | tangents | absolute tolerance of carried differences
 dynamics.orbits.periodic_orbit.TOLERANCE | 1 | size of the state | what does not come back
@@ -649,7 +660,7 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.compiled_ode.THIRD_ORDER_SHARE dynamics.systems.compiled_ode.STAGES dynamics.systems.compiled_ode.ORDER
     factors of step sizes, those of scipy: dynamics.systems.compiled_ode.SAFETY
         dynamics.systems.compiled_ode.LEAST_FACTOR dynamics.systems.compiled_ode.LARGEST_FACTOR
-    spacing of numbers: dynamics.systems.compiled_ode.ROUND_OFF
+    spacing of numbers: dynamics.systems.differences.ROUND_OFF dynamics.systems.compiled_ode.ROUND_OFF
     exact for what it integrates, or arbitrary instants: elastic.beams.fem.QUADRATURE_ORDER dynamics.systems.given.INSTANTS
     """
     found, reason = {}, ""

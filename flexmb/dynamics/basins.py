@@ -174,20 +174,15 @@ class Basin:
             table[: len(attractor)] = attractor
         (a, b), (ua, ub) = self.axes, self.units
         flags = {"long_name": "attractor; 0: undecided, -1: lost"}
-        return xr.Dataset(
-            {
-                "number": ((b, a), self.number, flags),
-                "taken": ((b, a), self.taken, {"units": "periods"}),
-                "points": (("attractor", "point", "coordinate"), points),
-                "repeats": ("attractor", np.array(self.periods, dtype=np.int64)),
-            },
-            {
-                a: (a, self.x, {"units": ua}),
-                b: (b, self.y, {"units": ub}),
-                "attractor": np.arange(1, len(self.attractors) + 1),
-            },
-            {"name": self.name, "status": self.status},
-        )
+        axes = {a: (a, self.x, {"units": ua}), b: (b, self.y, {"units": ub})}
+        data = {
+            "number": ((b, a), self.number, flags),
+            "taken": ((b, a), self.taken, {"units": "periods"}),
+            "points": (("attractor", "point", "coordinate"), points),
+            "repeats": ("attractor", np.array(self.periods, dtype=np.int64)),
+        }
+        numbers = {"attractor": np.arange(1, len(self.attractors) + 1)}
+        return xr.Dataset(data, {**axes, **numbers}, {"name": self.name, "status": self.status})
 
     def __repr__(self) -> str:
         fractions = ", ".join(f"{k}: {100.0 * f:.1f} %" for k, f in self.fractions.items())
@@ -195,20 +190,10 @@ class Basin:
 
 
 def basin(
-    system: Dynamics | Mechanism,
-    x: Axis,
-    y: Axis,
-    *,
-    period: Period = None,
-    settle: int = 20,
-    longest: int = 500,
-    repeats: int = 16,
-    tolerance: float = 1e-4,
-    bound: float = 1e3,
-    angles: Sequence[str] = (),
-    executor: Executor | int | None = None,
-    workers: int = 1,
-) -> Basin:
+    system: Dynamics | Mechanism, x: Axis, y: Axis, *, period: Period = None, settle: int = 20, longest: int = 500,
+    repeats: int = 16, tolerance: float = 1e-4, bound: float = 1e3, angles: Sequence[str] = (),
+    executor: Executor | int | None = None, workers: int = 1,
+) -> Basin:  # fmt: skip
     """Basins of attraction over two entries of the state; the other entries keep their present values.
 
     The motion from each point of the grid is observed once a period.  A motion is on an attractor when its section

@@ -255,8 +255,7 @@ def check_enough(label: str, count: int, what: str) -> None:
 def with_verdict(exponents: Exponents) -> Exponents:
     """Exponents of a section with the verdict on its points, if the run came to its end."""
     # A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
-    # the difference is added to the error of the largest exponent.
-    # Equation (9.7) of docs/theory/exponents.md.
+    # the difference is added to the error of the largest exponent. Equation (9.7) of docs/theory/exponents.md.
     if not exponents.ok:
         return exponents
     verdict = exponents.seen_through()

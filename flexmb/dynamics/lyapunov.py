@@ -288,20 +288,10 @@ def confirmed(first: Exponents, schedule: Schedule, seed: int, *, shown: bool) -
 
 @arguments.checked
 def lyapunov(
-    system: Any,
-    *,
-    skip: float = 0,
-    periods: int | None = None,
-    duration: float | None = None,
-    count: int = 1,
-    interval: float | None = None,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
-    seed: int = 0,
-    confirm: bool = True,
-    progress: bool = False,
-) -> Exponents:
+    system: Any, *, skip: float = 0, periods: int | None = None, duration: float | None = None, count: int = 1,
+    interval: float | None = None, period: float | None = None, step: Step | None = None,
+    method: Newmark | None = None, seed: int = 0, confirm: bool = True, progress: bool = False,
+) -> Exponents:  # fmt: skip
     """Lyapunov exponents of a system, from tangent vectors that are advanced with the motion.
 
     The vectors are made orthonormal once a period, and more often if they grow by more than 1e4.  The exponents are the
@@ -366,19 +356,10 @@ def lyapunov(
 
 
 def benettin(
-    system: Any,
-    *,
-    skip: float = 0,
-    periods: int | None = None,
-    duration: float | None = None,
-    distance: float | None = None,
-    interval: float | None = None,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
-    seed: int = 0,
-    progress: bool = False,
-) -> Exponents:
+    system: Any, *, skip: float = 0, periods: int | None = None, duration: float | None = None,
+    distance: float | None = None, interval: float | None = None, period: float | None = None,
+    step: Step | None = None, method: Newmark | None = None, seed: int = 0, progress: bool = False,
+) -> Exponents:  # fmt: skip
     """The largest Lyapunov exponent from two neighbouring trajectories; no tangent of the system is needed.
 
     Once a period the distance of the second trajectory from the first one is restored, along the line between them

@@ -220,22 +220,11 @@ class Plan:
 
 @arguments.checked
 def report(
-    system: Any,
-    *,
-    skip: int = 20,
-    keep: int = 200,
-    exponents: int = 1,
-    period: float | None = None,
-    signals: Sequence[str] | None = None,
-    series: int = 64,
-    samples: int = 400,
-    dimension: bool = False,
-    recurrence: bool = False,
-    confirm: bool = True,
-    step: Step | None = None,
-    method: Newmark | None = None,
+    system: Any, *, skip: int = 20, keep: int = 200, exponents: int = 1, period: float | None = None,
+    signals: Sequence[str] | None = None, series: int = 64, samples: int = 400, dimension: bool = False,
+    recurrence: bool = False, confirm: bool = True, step: Step | None = None, method: Newmark | None = None,
     progress: bool = False,
-) -> ChaosReport:
+) -> ChaosReport:  # fmt: skip
     """Report on one motion: exponents, section, verdict and estimates from its signals, as of `flexmb chaos`.
 
     Exponents and verdict come first (`lyapunov`).  Then the same motion goes on without tangent vectors, finely
@@ -415,8 +404,7 @@ def _compared(found: SeriesExponent, system: Exponents) -> str:
 
 def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
     """Datasets of a report by the name of their group, see `ChaosReport.groups`."""
-    groups = {"": _root(report)}
-    motion = report.motion
+    groups, motion = {"": _root(report)}, report.motion
     if motion.times.size:
         columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
         data = {name: ("time", column, {"units": units}) for name, units, column in columns}

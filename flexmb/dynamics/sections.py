@@ -91,10 +91,10 @@ def _within(height: Height, step: Bracket, old_rate: float | None) -> Bracket | 
     if height.left(new):
         near, value = _point_before(height, step.before, step.far) if height.left(old) else (0.0, old)
         return step._replace(near=near, value=value)
-    dip = None
+    dip = 0.0
     if height.rate is not None and old_rate is not None and not height.left(old):
         dip = turning_point(side * old, side * old_rate, side * new, side * height.rate(), step.far)
-    if dip is None:
+    if dip == 0.0:
         return None
     after = height.flow.snapshot()
     inside = height.at(step.before, dip)
@@ -142,19 +142,19 @@ def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.
         flow.restore(point)
 
 
-def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> float | None:
-    """Time of the minimum of a cubic in a step of `size` [s], if the minimum comes near the level; else None."""
+def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> float:
+    """Time of the minimum of a cubic in a step of `size` [s], if the minimum comes near the level; else 0."""
     # f0, f1 are heights > 0 at both ends of the step, r0, r1 their rates.
     if not r0 < 0.0 < r1:
-        return None
+        return 0.0
     # f(s) = f0 + r0 s + c s^2 + d s^3
     c = (3.0 * (f1 - f0) / size - 2.0 * r0 - r1) / size
     d = (r0 + r1 - 2.0 * (f1 - f0) / size) / size**2
     below = c + np.sqrt(c * c - 3.0 * r0 * d) if c * c >= 3.0 * r0 * d else 0.0
     s = -r0 / below if below > 0.0 else 0.5 * size
     if not 0.0 < s < size:
-        return None
-    return float(s) if f0 + s * (r0 + s * (c + s * d)) < CLOSE * min(f0, f1) else None
+        return 0.0
+    return float(s) if f0 + s * (r0 + s * (c + s * d)) < CLOSE * min(f0, f1) else 0.0
 
 
 def _point_before(height: Height, before: Any, size: float) -> tuple[float, float]:
@@ -373,8 +373,7 @@ class SectionMap(SectionOfFlow):
         return self.ok
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        T = np.array(tangents, dtype=np.float64)
-        n = self.flow.size
+        T, n = np.array(tangents, dtype=np.float64), self.flow.size
         later = np.outer(self.flow.velocity(), T[n]) if self.flow.driven else 0.0
         T[:n] = self.flow.on_manifold(T[:n] - later) + later
         return T
@@ -479,15 +478,9 @@ class SectionSignals:
 
 @arguments.checked
 def stroboscopic(
-    system: Any,
-    *,
-    keep: int,
-    skip: int = 0,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
-    progress: bool = False,
-) -> xr.Dataset:
+    system: Any, *, keep: int, skip: int = 0, period: float | None = None, step: Step | None = None,
+    method: Newmark | None = None, progress: bool = False,
+) -> xr.Dataset:  # fmt: skip
     """States of a driven system once a period.
 
     Parameters
@@ -525,19 +518,10 @@ def stroboscopic(
 
 
 def section(
-    system: Any,
-    signal: str,
-    *,
-    keep: int,
-    skip: int = 0,
-    level: float = 0.0,
-    direction: str = "up",
-    limit: float | None = None,
-    period: float | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
+    system: Any, signal: str, *, keep: int, skip: int = 0, level: float = 0.0, direction: str = "up",
+    limit: float | None = None, period: float | None = None, step: Step | None = None, method: Newmark | None = None,
     progress: bool = False,
-) -> xr.Dataset:
+) -> xr.Dataset:  # fmt: skip
     """States of a system at which a signal crosses a level (Poincare section), located on the steps of the solver.
 
     Parameters

@@ -104,8 +104,7 @@ def band_count(z: np.ndarray, least: int = 20) -> int:
     """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands."""
     # The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
     # within a fifth of the minimum over all numbers up to 32.
-    longest = min(32, len(z) // least)
-    total = float(z.var(axis=0).sum())
+    longest, total = min(32, len(z) // least), float(z.var(axis=0).sum())
     squares = [sum(float(((z[p::k] - z[p::k].mean(axis=0)) ** 2).sum()) for p in range(k)) / (total * len(z))
                for k in range(1, longest + 1)]  # fmt: skip
     if not squares or min(squares) > 0.5:
@@ -138,8 +137,7 @@ def separation(z: np.ndarray, bands: int) -> float:
     # fifth of the record, at most 60 steps. Neighbours are vectors of successive points, more than three steps apart.
     # Arbitrary points belong to one band, unless neighbours are then hardly nearer. NaN: neighbours are hardly nearer
     # than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
-    # Equation (9.9) of docs/theory/exponents.md.
-    # Points z (n, m) have unit spread and visit `bands` bands in turn.
+    # Points z (n, m) have unit spread and visit `bands` bands in turn. Equation (9.9) of docs/theory/exponents.md.
     count = len(z) - SUCCESSORS + 1
     points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
     reach = min(60, count // 5)
@@ -348,16 +346,10 @@ KINDS = ("periodic", "quasi-periodic", "chaotic", "transient", "inconclusive")
 
 
 def judge(
-    points: Any,
-    names: Sequence[str],
-    *,
-    exponent: float | None = None,
-    error: float | None = None,
-    units: Sequence[str] | None = None,
-    driven: Sequence[str] = (),
-    floor: float = 1e-6,
+    points: Any, names: Sequence[str], *, exponent: float | None = None, error: float | None = None,
+    units: Sequence[str] | None = None, driven: Sequence[str] = (), floor: float = 1e-6,
     sizes: Sequence[float] | None = None,
-) -> Verdict:
+) -> Verdict:  # fmt: skip
     """The verdict on a motion from its successive section points.
 
     The first rule that applies decides:

@@ -121,14 +121,9 @@ class Branch(arguments.Checked):
         return orbit
 
     def curve(
-        self,
-        event: int | BranchPoint,
-        parameter: str,
-        span: tuple[float, float],
-        *,
-        step: float = 0.02,
+        self, event: int | BranchPoint, parameter: str, span: tuple[float, float], *, step: float = 0.02,
         points: int = 200,
-    ) -> xr.Dataset:
+    ) -> xr.Dataset:  # fmt: skip
         """The curve of an event over the plane of the branch's parameter and a second one.
 
         Parameters

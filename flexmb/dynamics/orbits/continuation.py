@@ -53,11 +53,9 @@ class ContinuationPoint:
 
 
 def root(
-    make: Callable[[float], ContinuationPoint | None],
-    low: tuple[float, ContinuationPoint],
-    high: tuple[float, ContinuationPoint],
-    test: Callable[[ContinuationPoint], float],
-) -> tuple[float, ContinuationPoint]:
+    make: Callable[[float], ContinuationPoint | None], low: tuple[float, ContinuationPoint],
+    high: tuple[float, ContinuationPoint], test: Callable[[ContinuationPoint], float],
+) -> tuple[float, ContinuationPoint]:  # fmt: skip
     """Position and orbit between two points at which a test function vanishes, by bracketed secants (Illinois)."""
     # Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial. `make`
     # returns the orbit at a position, or None; `low` and `high` are positions and orbits at the ends of the bracket.
@@ -89,18 +87,10 @@ CORRECTIONS = 10  # largest number of corrections of an orbit on a branch
 
 
 def follow(
-    orbit: PeriodicOrbit,
-    parameter: str,
-    span: tuple[float | None, float],
-    *,
-    step: float = 0.01,
-    largest: float = 0.05,
-    smallest: float = 1e-7,
-    points: int = 500,
-    extremes: int = 0,
-    grazing: str | None = None,
+    orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float], *, step: float = 0.01,
+    largest: float = 0.05, smallest: float = 1e-7, points: int = 500, extremes: int = 0, grazing: str | None = None,
     tolerance: float | None = None,
-) -> Branch:
+) -> Branch:  # fmt: skip
     """Continuation of a periodic orbit along a parameter, through folds of the branch.
 
     Steps go along the branch (pseudo-arclength), so the parameter may turn back.  They shrink if many corrections are

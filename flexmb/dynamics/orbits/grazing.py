@@ -163,8 +163,7 @@ class ImpactContinuation(Continuation):
 
     def _choose(self, start: Approach | None, impacts: list[Approach], turns: list[Approach], value: float) -> None:
         """Unknowns from the impact `start` (None: state at the origin), and spans without impacts at turning points."""
-        spans = self._spans(start, impacts, turns)
-        self.from_impact = None
+        spans, self.from_impact = self._spans(start, impacts, turns), None
         if start is None:
             return
         inner = self._listener().copy()

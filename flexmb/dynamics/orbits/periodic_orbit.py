@@ -177,20 +177,11 @@ class PeriodicOrbit(arguments.Checked):
 
 
 def periodic_orbit(
-    system: Dynamics | Mechanism,
-    *,
-    period: Period = None,
-    times: int = 1,
-    guess: PeriodicOrbit | Sequence[float] | np.ndarray | None = None,
-    settle: int = 0,
-    autonomous: bool = False,
-    segments: int | None = None,
-    tangent: str = "carried",
-    angles: Sequence[str] = (),
-    grazing: str | None = None,
-    tolerance: float | None = None,
-    iterations: int = 30,
-) -> PeriodicOrbit:
+    system: Dynamics | Mechanism, *, period: Period = None, times: int = 1,
+    guess: PeriodicOrbit | Sequence[float] | np.ndarray | None = None, settle: int = 0, autonomous: bool = False,
+    segments: int | None = None, tangent: str = "carried", angles: Sequence[str] = (), grazing: str | None = None,
+    tolerance: float | None = None, iterations: int = 30,
+) -> PeriodicOrbit:  # fmt: skip
     """The periodic orbit near a guess, stable or unstable, with its Floquet multipliers.
 
     Newton's method solves P(x) = x for the state x, with the motion P over `times` periods and its tangent.

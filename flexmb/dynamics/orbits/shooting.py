@@ -51,8 +51,7 @@ class StateSpace:
 
     def basis(self, system: Dynamics) -> np.ndarray:
         """Basis (size, d) of the differences that the present state of a `system` allows, orthonormal."""
-        d = system.dimension
-        W = np.zeros((system.size, 0))
+        d, W = system.dimension, np.zeros((system.size, 0))
         if d:
             W = system.on_manifold(np.eye(d)) if d == system.size else system.on_section(system.tangent_basis(d))
             orthonormalise(W, self.weights)
@@ -341,8 +340,7 @@ def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, 
     """Times (n,), signals (n, names) and states from the present state on; `count` + 1, fewer after a failure."""
     # The duration is in seconds or iterations; a map gives every iteration.
     flow = system.unit == "s"
-    count = count if flow else round(duration)
-    begin = system.time
+    count, begin = count if flow else round(duration), system.time
     times, values, states = [begin], [system.observe()], [system.state()]
     for k in range(count):
         ahead = begin + duration * (k + 1) / count - system.time

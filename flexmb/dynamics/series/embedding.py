@@ -393,8 +393,7 @@ def _scaling(log_radius: np.ndarray, share: np.ndarray, least: float) -> tuple[f
             if np.abs(inside - inside.mean()).max() > EVEN * max(inside.mean(), 0.05):
                 continue
             if x[j + 2] - x[i] >= longest:
-                longest = x[j + 2] - x[i]
-                line = np.polyfit(x[i : j + 3], y[i : j + 3], 1)
+                longest, line = x[j + 2] - x[i], np.polyfit(x[i : j + 3], y[i : j + 3], 1)
                 best = (float(line[0]), float(x[i]), float(x[j + 2]), float(inside.std()))
     return best
 
@@ -442,14 +441,9 @@ class Recurrence:
 
 
 def recurrence(
-    signal: Any,
-    *,
-    threshold: float | None = None,
-    delay: int | None = None,
-    dimension: int | None = None,
-    theiler: int | None = None,
-    shortest: int = 2,
-) -> Recurrence:
+    signal: Any, *, threshold: float | None = None, delay: int | None = None, dimension: int | None = None,
+    theiler: int | None = None, shortest: int = 2,
+) -> Recurrence:  # fmt: skip
     """Recurrence quantification of a signal: rate of recurrence, and statistics of the lines of the recurrence matrix.
 
     The longest diagonal is as long as the record for periodic and quasi-periodic signals, and short for chaos.

@@ -136,8 +136,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
         blocks = curves(points, theiler, steps, shift)
         if blocks.shape[0] < BLOCKS:
             return Slope(np.nan, np.nan, "Too few points have a neighbour that is not the same point again.")
-        mean = blocks.mean(axis=0)
-        begin = int(np.searchsorted(steps, window + 1))
+        mean, begin = blocks.mean(axis=0), int(np.searchsorted(steps, window + 1))
         above = np.flatnonzero(mean[begin:] > ceiling)
         if len(above) or reach >= longest:
             break
@@ -182,13 +181,9 @@ NEIGHBOURS = 8  # number of neighbours of a point
 
 
 def kantz(
-    signal: Any,
-    interval: Any = None,
-    *,
-    delay: int | None = None,
-    dimension: int | None = None,
+    signal: Any, interval: Any = None, *, delay: int | None = None, dimension: int | None = None,
     theiler: int | None = None,
-) -> SeriesExponent:
+) -> SeriesExponent:  # fmt: skip
     """Largest exponent: slope of <ln (mean distance of the neighbours of a point)> over time.
 
     The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
@@ -261,13 +256,9 @@ ROSENSTEIN_REFERENCES = 2000
 
 
 def rosenstein(
-    signal: Any,
-    interval: Any = None,
-    *,
-    delay: int | None = None,
-    dimension: int | None = None,
+    signal: Any, interval: Any = None, *, delay: int | None = None, dimension: int | None = None,
     theiler: int | None = None,
-) -> SeriesExponent:
+) -> SeriesExponent:  # fmt: skip
     """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
 
     The straight part begins one step after the time that a vector covers.  It ends where the error of its slope is
@@ -335,14 +326,9 @@ SMALLEST = 1e-4  # smallest distance of a pair, in standard deviations; smaller 
 
 
 def wolf(
-    signal: Any,
-    interval: Any = None,
-    *,
-    delay: int | None = None,
-    dimension: int | None = None,
-    theiler: int | None = None,
-    evolve: int | None = None,
-) -> SeriesExponent:
+    signal: Any, interval: Any = None, *, delay: int | None = None, dimension: int | None = None,
+    theiler: int | None = None, evolve: int | None = None,
+) -> SeriesExponent:  # fmt: skip
     """Largest exponent: mean of ln(L'/L) over time; L and L' are the distances of a neighbour `evolve` samples apart.
 
     After `evolve` samples the neighbour is replaced by a near point in nearly the same direction.  Periodic and

@@ -55,8 +55,7 @@ def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
     times = samples(f"{owner}: interval", interval, 2)
     if len(times) != count:
         raise InputError(f"{owner}: interval holds {len(times)} times for {count} samples.")
-    steps = np.diff(times)
-    step = float((times[-1] - times[0]) / (count - 1))
+    steps, step = np.diff(times), float((times[-1] - times[0]) / (count - 1))
     if step <= 0.0 or np.abs(steps - step).max() > 1e-3 * step:
         text = f"the times are not evenly spaced: steps of {steps.min():g} s to {steps.max():g} s"
         remedy = "Interpolate the signal on even times before."

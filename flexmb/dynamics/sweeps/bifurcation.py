@@ -192,26 +192,12 @@ RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, ST
 
 @checked
 def bifurcation(
-    make: Make,
-    parameter: str,
-    values: Sequence[float],
-    *,
-    fixed: Mapping[str, Any] | None = None,
-    skip: int,
-    keep: int,
-    direction: str = "cold",
-    chunks: int = 1,
-    signals: Sequence[str] | None = None,
-    period: float | Callable[[float], float] | None = None,
-    step: Step | None = None,
-    method: Newmark | None = None,
-    exponent: bool | int | str = False,
-    executor: Executor | int | None = None,
-    pending: int = PENDING,
-    store: Any = None,
-    resume: bool = False,
-    progress: bool = False,
-) -> xr.Dataset:
+    make: Make, parameter: str, values: Sequence[float], *, fixed: Mapping[str, Any] | None = None, skip: int,
+    keep: int, direction: str = "cold", chunks: int = 1, signals: Sequence[str] | None = None,
+    period: float | Callable[[float], float] | None = None, step: Step | None = None, method: Newmark | None = None,
+    exponent: bool | int | str = False, executor: Executor | int | None = None, pending: int = PENDING,
+    store: Any = None, resume: bool = False, progress: bool = False,
+) -> xr.Dataset:  # fmt: skip
     """Bifurcation diagram: section points, one a period of the drives, at each value of a parameter.
 
     Parameters

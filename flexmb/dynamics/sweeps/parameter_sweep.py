@@ -273,17 +273,11 @@ def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
 
 @checked
 def sweep(
-    function: Callable[..., Any],
-    over: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]],
-    *,
-    fixed: Mapping[str, Any] | None = None,
-    dims: Mapping[str, Sequence[str]] | None = None,
-    executor: Executor | int | None = None,
-    pending: int = PENDING,
-    store: Any = None,
-    resume: bool = False,
+    function: Callable[..., Any], over: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]], *,
+    fixed: Mapping[str, Any] | None = None, dims: Mapping[str, Sequence[str]] | None = None,
+    executor: Executor | int | None = None, pending: int = PENDING, store: Any = None, resume: bool = False,
     progress: bool = False,
-) -> xr.Dataset:
+) -> xr.Dataset:  # fmt: skip
     """Results of a function at all combinations of values, or at a list of designs.
 
     Parameters

@@ -79,14 +79,11 @@ class Turns:
             raise StoppedError(sol.status)
         found = {name: joint.worn_in(sol) for name, joint in worn.items()}
         period = float(sol.time[-1]) / (self.settle + self.sample)
-        return Rate(
-            {name: worn[name].smoothed(wear.depths) * period / wear.time for name, wear in found.items()},
-            {name: wear.volume * period / wear.time for name, wear in found.items()},
-            {
-                name: max(sol.peak(f"{name}.{one}").value for one in joint.wear_signals if one.endswith(FORCE))
-                for name, joint in worn.items()
-            },
-        )
+        depths = {name: worn[name].smoothed(wear.depths) * period / wear.time for name, wear in found.items()}
+        volumes = {name: wear.volume * period / wear.time for name, wear in found.items()}
+        forces = {name: [f"{name}.{one}" for one in worn[name].wear_signals if one.endswith(FORCE)] for name in worn}
+        peaks = {name: max(sol.peak(one).value for one in several) for name, several in forces.items()}
+        return Rate(depths, volumes, peaks)
 
 
 class Life:
@@ -228,20 +225,10 @@ def _notes(joints: Mapping[str, WornJoint]) -> Iterator[str]:
 
 @checked
 def wear_out(
-    mechanism: Mechanism,
-    *,
-    turns: float,
-    keep: int = 20,
-    settle: int = 1,
-    sample: int = 1,
-    tolerance: float = 0.02,
-    step: Step | None = None,
-    method: Method | None = None,
-    store: Any = None,
-    resume: bool = False,
-    progress: bool = False,
-    most_runs: int = MOST_RUNS,
-) -> xr.Dataset:
+    mechanism: Mechanism, *, turns: float, keep: int = 20, settle: int = 1, sample: int = 1, tolerance: float = 0.02,
+    step: Step | None = None, method: Method | None = None, store: Any = None, resume: bool = False,
+    progress: bool = False, most_runs: int = MOST_RUNS,
+) -> xr.Dataset:  # fmt: skip
     """Wear of the joints of a mechanism over many turns.
 
     A turn is a common period of the drives.  A run gives the wear of a turn with the present surfaces; the depths are

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from flexmb.dynamics.sections import CLOSE, HALVINGS, ROUNDS
+from flexmb.dynamics.sections import HALVINGS, ROUNDS, turning_point
 from flexmb.dynamics.systems.impact_ode import PILE
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.errors import KernelError
@@ -44,7 +44,8 @@ ROUND_OFF = 2.2e-16
 LEAST_STEP = 10.0 * ROUND_OFF  # least step over the present time
 THIRD_ORDER_SHARE = 0.01  # weight of the square of the error of order 3 beside that of order 5
 DIFFERENCE = 6e-6  # difference of the state for the rate of the gap, over its size
-SHORT = 1e-3  # largest time of that difference, over a step
+dip_of = compiled(turning_point)
+SHORT, SHORTEST = 1e-3, 1e-6  # largest and least time of that difference, over a step
 
 
 class Motion(Record):
@@ -156,10 +157,10 @@ def height_rate(heights, what, m, t, x, f):
     """Rate of the height [1/s] along the motion with rates f."""
     if what == LEVEL:
         return m.side * f[m.signal]
-    size, speed, n = 1.0, 1e-300, x.shape[0]
+    size, speed, n = 0.0, 1e-300, x.shape[0]
     for i in range(n):
         size, speed = max(size, abs(x[i])), max(speed, abs(f[i]))
-    s = min(DIFFERENCE * size / speed, SHORT * m.h)
+    s = max(min(DIFFERENCE * size / speed, SHORT * m.h), SHORTEST * m.size)
     for i in range(n):
         m.z[i] = x[i] + s * f[i]
     ahead = height(heights, what, m, t + s, m.z)
@@ -196,25 +197,12 @@ def find_bracket(rates, heights, what, m):
     if old > 0.0:
         r0 = height_rate(heights, what, m, m.t, m.x, m.K[0])
         r1 = height_rate(heights, what, m, m.t + size, m.y, m.K[STAGES])
-        dip = lowest_of_cubic(old, r0, new, r1, size)
+        dip = dip_of(old, r0, new, r1, size)
         if dip > 0.0:
             if height_after(rates, heights, what, m, dip) < 0.0:
                 return 0.0, dip, old
             try_size(rates, m, size)
     return 0.0, math.inf, 0.0
-
-
-@compiled
-def lowest_of_cubic(f0, r0, f1, r1, size):
-    """Time of the minimum [s] of the cubic with heights and rates at both ends of a step, if it is low; else 0."""
-    if not r0 < 0.0 < r1:
-        return 0.0
-    c, d = (3.0 * (f1 - f0) / size - 2.0 * r0 - r1) / size, (r0 + r1 - 2.0 * (f1 - f0) / size) / size**2
-    below = c + math.sqrt(c * c - 3.0 * r0 * d) if c * c >= 3.0 * r0 * d else 0.0
-    s = -r0 / below if below > 0.0 else 0.5 * size
-    if not 0.0 < s < size:
-        return 0.0
-    return s if f0 + s * (r0 + s * (c + s * d)) < CLOSE * min(f0, f1) else 0.0
 
 
 @compiled

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
+from itertools import product
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.systems.differences import Values, central_differences, entering, samples, values_at
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, Parameters, State
 from flexmb.errors import InputError, SolveError
 from flexmb.late import scipy
@@ -27,6 +30,7 @@ class GivenSystem(Dynamics):
 
     _time: float
     _state: np.ndarray
+    _entering: np.ndarray | None  # coordinates seen in the values of the function; None: not yet sought
 
     def _declare(
         self, name: str, function: Callable[..., Any], start: Sequence[float] | np.ndarray,
@@ -69,19 +73,16 @@ class GivenSystem(Dynamics):
         """Take other parameters, and stand at `state`, or at the start."""
         for key, value in checks.mapping(self._label, "parameters", parameters).items():
             self._parameters[checks.one_of(self._label, "parameter", key, self._parameters)] = value
+        if parameters is not None:
+            self._entering = None
         self._state = self.start.copy() if state is None else state_of(self._label, state, self.size)
         self.ok, self.status = True, "ready"
 
-
-def central_differences(function: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,) with values (m,), with an error of some 1e-10 of the values."""
-    columns = []
-    for i in range(len(x)):
-        step = np.zeros_like(x)
-        step[i] = 6e-6 * max(abs(x[i]), 1.0)
-        up, down = np.asarray(function(x + step)), np.asarray(function(x - step))
-        columns.append((up - down) / (2.0 * step[i]))
-    return np.array(columns, dtype=np.float64).T
+    def _seen(self, function: Values) -> np.ndarray:
+        """Coordinates that are seen in the values of the function of the system."""
+        if self._entering is None:
+            self._entering = entering(function, self.start)
+        return self._entering
 
 
 def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
@@ -162,8 +163,8 @@ class Map(GivenSystem):
     ) -> None:  # fmt: skip
         self._declare(name, function, start, jacobian, parameters, names)
         self.units = ("",) * len(self.names)
-        self.reset()
-        state_of(f"{self._label}: function", self._next(self.start), len(self.start))
+        self.reset(parameters=self._parameters)
+        state_of(f"{self._label}: function", self._next(self.start.copy()), len(self.start))
 
     def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._begin(state, parameters)
@@ -173,7 +174,7 @@ class Map(GivenSystem):
         T = None if tangents is None else tangents_of(self._label, tangents, self.size)
         for _ in range(checks.count(self._label, "duration", duration, 0) if self.ok else 0):
             try:
-                new = np.asarray(self._next(self._state), dtype=np.float64)
+                new = np.array(self._next(self._state.copy()), dtype=np.float64)
             except (OverflowError, ZeroDivisionError, FloatingPointError):
                 new = np.array([np.nan])
             if not np.isfinite(new).all():
@@ -189,22 +190,27 @@ class Map(GivenSystem):
 
     def _slope(self, x: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return square_of(self._label, self.jacobian(x, **self._parameters), self.size)
-        return central_differences(self._next, x)
+            return square_of(self._label, self.jacobian(x.copy(), **self._parameters), self.size)
+        return central_differences(self._next, x, self._seen(self._next))
 
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
 FINEST = 3e-14  # smallest relative tolerance of a step
 # Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations.
 TANGENT_ATOL = 1e-3
-# Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time.
-INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
+# Times [s] at which rates are compared, as a test of explicit dependence on time.
+INSTANTS = (0.0, 1.3247180e-6, 1.7320508e-3, 0.1234567, 0.3819660, 0.7548777, 1.3247180, 27.182818, 1.6180340e4)
 
 
-def compiled_motion(method: str, *functions: Any) -> CompiledMotion | None:
+def compiled_motion(method: str, start: np.ndarray, parameters: Any, *functions: Any) -> CompiledMotion | None:
     """Motion in compiled code of functions that numba has compiled, by the one method of that code; else None."""
     if method != METHODS[0] or not all(type(function).__module__.startswith("numba.") for function in functions):
         return None
+    for function, (state, _) in product(functions, samples(start)):
+        given = state[None].copy()
+        values_at(partial(function, 0.0, **parameters), given, len(start))
+        if (given != state).any():  # that code gives them no copies
+            return None
     made: CompiledMotion = import_module(f"{__package__}.compiled_ode").CompiledMotion(*functions)
     return made
 
@@ -227,7 +233,7 @@ class ODE(GivenSystem, ContinuousFlow):
     names : names of the entries of a state; None: x0, x1, ...
     units : units of the entries; None: no units.
     period : period of the drive [s], or a function period(**parameters); None: no period.
-    driven : whether f depends on t; None: yes with a period, else f is tested at some times.
+    driven : whether f depends on t; None: yes with a period, else f is tested at some times and states.
     name : name in messages.
     rtol, atol : tolerances of a step, whose error is below atol + rtol |x|.
     method : solver of `scipy.integrate`: "DOP853", "RK45", "Radau" or "BDF".
@@ -271,7 +277,7 @@ class ODE(GivenSystem, ContinuousFlow):
         self.rtol = checks.between(label, "rtol", rtol, FINEST, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
-        self._motion = compiled_motion(self.method, function)
+        self._motion = compiled_motion(self.method, self.start, self._parameters, function)
         self.reset(parameters=self._parameters)
         state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
 
@@ -286,11 +292,13 @@ class ODE(GivenSystem, ContinuousFlow):
         self._begin(state, parameters)
         label = self._label
         self._time, self._h = checks.number(label, "time", time, "s"), None
+        if parameters is None:
+            return
         given = self._given_period
         period = given(**self._parameters) if callable(given) else given
         self.period = None if period is None else checks.positive(label, "period", period, "s")
         self.driven = self._depends_on_time() if self._given_driven is None else bool(self._given_driven)
-        if parameters is not None and self._motion is not None:
+        if self._motion is not None:
             self._motion.take(self._parameters)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
@@ -339,7 +347,7 @@ class ODE(GivenSystem, ContinuousFlow):
     def _rate(self, t: float, x: np.ndarray) -> np.ndarray:
         try:
             with np.errstate(all="ignore"):
-                rate = np.asarray(self.function(t, x, **self._parameters), dtype=np.float64)
+                rate = np.array(self.function(t, x.copy(), **self._parameters), dtype=np.float64)
         except (OverflowError, ZeroDivisionError, FloatingPointError) as error:
             raise NotFiniteError(f"{error}") from error
         if not np.isfinite(rate).all():
@@ -349,16 +357,20 @@ class ODE(GivenSystem, ContinuousFlow):
     def _depends_on_time(self) -> bool:
         if self.period is not None:
             return True
-        try:
-            rates = [self._rate(t, self._state) for t in (0.0, *INSTANTS)]
-        except NotFiniteError:
-            return True
-        return any(not np.array_equal(rate, rates[0]) for rate in rates[1:])
+        rates = [partial(self.function, t, **self._parameters) for t in INSTANTS]
+        for state, _ in samples(self.start):  # a factor of the drive may vanish at the start
+            values = np.vstack([values_at(rate, state[None].copy(), self.size) for rate in rates])
+            values = values[np.isfinite(values).all(axis=1)]
+            if (values != values[:1]).any():
+                return True
+        return False
 
-    def _slope(self, t: float, x: np.ndarray) -> np.ndarray:
+    def _slope(self, t: float, x: np.ndarray, rate: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return square_of(self._label, self.jacobian(t, x, **self._parameters), self.size)
-        return central_differences(lambda y: self._rate(t, y), x)
+            return square_of(self._label, self.jacobian(t, x.copy(), **self._parameters), self.size)
+        f, p = self.function, self._parameters
+        seen = self._seen(lambda y: f(max(INSTANTS), y, **p))
+        return central_differences(lambda y: f(t, y, **p), x, seen, rate)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""
@@ -406,7 +418,7 @@ class ODE(GivenSystem, ContinuousFlow):
 
         def both(t: float, y: np.ndarray) -> np.ndarray:
             rate = self._rate(t, y[:n])
-            return np.concatenate([rate, (self._slope(t, y[:n]) @ y[n:].reshape(n, k)).ravel()])
+            return np.concatenate([rate, (self._slope(t, y[:n], rate) @ y[n:].reshape(n, k)).ravel()])
 
         y = np.concatenate([self._state, tangents.ravel()])
         atol = np.concatenate([np.full(n, self.atol), np.full(n * k, TANGENT_ATOL * self.rtol)])

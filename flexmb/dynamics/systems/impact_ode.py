@@ -11,8 +11,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections import UP, Height, carry, locate, stride
+from flexmb.dynamics.systems.differences import STEP, central_differences
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
-from flexmb.dynamics.systems.given import ODE, central_differences, compiled_motion, state_of
+from flexmb.dynamics.systems.given import ODE, compiled_motion, state_of
 from flexmb.errors import InputError
 from flexmb.late import scipy
 
@@ -69,7 +70,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
         if not isinstance(ode, ODE):
             raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
         self.flow, self.gap, self.jump = ode, gap, jump
-        self._motion = compiled_motion(ode.method, ode.function, gap, jump)
+        self._motion = compiled_motion(ode.method, ode.start, ode.parameters, ode.function, gap, jump)
         if self._motion is not None:
             self._motion.take(ode.parameters)
         self.name, self.names, self.units = ode.name, ode.names, ode.units
@@ -206,38 +207,40 @@ class ImpactODE(OfFlow, ContinuousFlow):
         """Derivatives (size,) of the gap by the state, and its derivative by time."""
         x, t, p = self.state(), self.time, self.parameters
         n = central_differences(lambda y: [self.gap(t, y, **p)], x)[0]
-        return n, float(self._by_time(lambda s: [self.gap(s, x, **p)])[0])
+        return n, float(self._by_time(lambda s: [self.gap(s, x.copy(), **p)], t)[0])
 
-    def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
-        """Central difference of a function of time; its step does not grow with the time of the run."""
-        t = self.time
-        step = max(6e-6 * (self.period or 1.0), 1e5 * float(np.spacing(abs(t))))
-        early, late = t - step, t + step
-        change = np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))
-        return np.asarray(change / (late - early))
+    def _by_time(self, function: Callable[[float], Any], time: float, size: Any = None) -> np.ndarray:
+        """Derivatives of a function of time, at a time."""
+        first, t = np.array([STEP * min(self.pace, self.period or self.pace)]), np.array([time])
+        return central_differences(lambda s: function(s.item()), t, False, steps=first, size=size)[:, 0]
 
     def rate_of_gap(self) -> float:
         """The present rate of the gap [1/s]."""
-        n, by_time = self._gradient()
-        return float(n @ self.velocity()) + by_time
+        t, x, f, p = self.time, self.state(), self.velocity(), self.parameters
+
+        def size() -> Any:
+            n, by_time = self._gradient()
+            return np.array([np.abs(n) @ np.abs(x) + abs(by_time * t)])
+
+        return float(self._by_time(lambda s: [self.gap(t + s, x + s * f, **p)], 0.0, size).item())
 
     def _hit(self, tangents: np.ndarray | None) -> None:
         """Apply the jump to the state and the saltation matrix to the tangent vectors."""
         x, t, p = self.state(), self.time, self.parameters
-        n, by_time = self._gradient()
-        before = self.velocity()
-        rate = float(n @ before) + by_time
+        before, rate = self.velocity(), self.rate_of_gap()
         if rate >= 0.0:
             return  # the gap opens again without an impact
-        after = np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64)
+        after = np.array(self.jump(t, x.copy(), **p), dtype=np.float64)
         if not np.isfinite(after).all():
             self.flow.ok, self.flow.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."
             return
-        self.flow.reset(after, time=t)
         if tangents is None:
+            self.flow.reset(after, time=t)
             return
+        n, _ = self._gradient()
+        j = self._by_time(lambda s: self.jump(s, x.copy(), **p), t)
+        self.flow.reset(after, time=t)
         J = central_differences(lambda y: self.jump(t, y, **p), x)
-        j = self._by_time(lambda s: self.jump(s, x, **p))
         tangents[:] = J @ tangents + np.outer(self.velocity() - J @ before - j, n @ tangents) / rate
 
 
@@ -294,9 +297,8 @@ class FromImpact(OfFlow):
     """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant)."""
 
     # Equation (9.14) of docs/theory/exponents.md.
-    # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact is not
-    # located but stands at the start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold
-    # the span around the instant.
+    # Fixed points are periodic orbits with that impact: the state returns, the gap vanishes. The impact stands at the
+    # start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold the span around it.
     unit = "periods"
     flow: ImpactODE
 
@@ -341,10 +343,11 @@ class FromImpact(OfFlow):
         flow, p, t, x = self.flow, self.flow.parameters, float(self._state[-1]), self._state[:-1]
         flow.flow.reset(x, time=t)
         gap, speed = flow.gap_now(), -flow.rate_of_gap()
-        after = np.asarray(flow.jump(t, x.copy(), **p), dtype=np.float64)
+        after = np.array(flow.jump(t, x.copy(), **p), dtype=np.float64)
         if tangents is not None:
             n, by_time = flow._gradient()
-            J, j = central_differences(lambda y: flow.jump(t, y, **p), x), flow._by_time(lambda s: flow.jump(s, x, **p))
+            J = central_differences(lambda y: flow.jump(t, y, **p), x)
+            j = flow._by_time(lambda s: flow.jump(s, x.copy(), **p), t)
             gaps = n @ tangents[:-1] + by_time * tangents[-1]
             flow.flow.reset(after, time=t)
             tangents[:-1] = J @ tangents[:-1] + np.outer(j - flow.velocity(), tangents[-1])
