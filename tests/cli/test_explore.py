@@ -8,7 +8,7 @@ import time
 import httpx
 import pytest
 
-from flexmb.cli import explore
+from flexmb.cli import studies
 from flexmb.cli.command_line import main
 
 
@@ -22,7 +22,7 @@ def shown(monkeypatch):
         page.close()
         return page
 
-    monkeypatch.setattr(explore, "shown", closing)
+    monkeypatch.setattr(studies, "shown", closing)
     return pages
 
 
