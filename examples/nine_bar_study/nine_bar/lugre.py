@@ -50,7 +50,8 @@ class LoadScaledLuGre(StaticKinetic):
     -----
     The law reproduces the paper and may produce energy.  A growing normal force increases the strain energy of the
     bristles.  At high slip the damping force opposes the rate of the bristles instead of the slip.  The law
-    `flexmb.friction.LuGre` never produces energy.
+    `flexmb.friction.LuGre` is passive.  Bristles are advanced by Euler's rule; where the journal slides, as it nearly
+    always does, they settle in some 5 us.
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), their references 32 and 33.
     """
 
