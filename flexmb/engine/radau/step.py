@@ -71,16 +71,17 @@ def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
     #     r(t_i, Q_i, V_i, A_i) + G^T lam_i = 0,   G V_i + g_t = 0,
     #     V_i = v0 + h sum_j a_ij A_j,   Q_i = q0 + h sum_j a_ij V_j.
     # Equations (4.15) and (4.16) of docs/theory/integrators.md.
-    code = NEWTON_FAILED
-    for attempt in range(2):
+    for attempt in range(3):  # with accelerations extrapolated, constant, 0
         extrapolate = attempt == 0 and R.step.last > 0.0
-        predict_stages(tables.sizes.n_q, tables.sizes.n_c, h, extrapolate, flow, R)
+        if attempt == 1 and R.step.last == 0.0:
+            continue
+        predict_stages(tables.sizes.n_q, tables.sizes.n_c, h, extrapolate, 0.0 if attempt == 2 else 1.0, flow, R)
         if R.step.factored_size != h or not extrapolate:
             code = factor_matrices(tables, address, lu, h, flow, trial, work, record, R)
             if code != RUNNING:
                 return code
         code = newton_iterations(tables, address, lu, h, options, flow, trial, work, record, R)
-        if code == RUNNING or not extrapolate:
+        if code == RUNNING or (code != NEWTON_FAILED and not extrapolate):
             break
     if code != RUNNING:
         R.step.factored_size = 0.0
@@ -159,13 +160,14 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
 
 
 @compiled
-def predict_stages(n, m, h, extrapolate, flow, R):
-    """Predict the stages: with extrapolated accelerations and multipliers, or with constant ones."""
+def predict_stages(n, m, h, extrapolate, share, flow, R):
+    """Predict the stages: with extrapolated accelerations and multipliers, or with constant ones, times `share`."""
+    # Accelerations of light bodies in stiff films may be errors of velocities over a step.
     for stage in range(STAGES):
         w0, w1, w2, w3 = cubic_weights(1.0 + C[stage] * h / R.step.last) if extrapolate else (0.0, 0.0, 0.0, 1.0)
         A, L = R.A[stage], R.L[stage]
         for i in range(n):
-            A[i] = flow.a[i]
+            A[i] = share * flow.a[i]
             if extrapolate:
                 A[i] = w0 * R.past[0, i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * R.past[3, i]
         for i in range(m):
