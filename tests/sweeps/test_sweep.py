@@ -19,6 +19,7 @@ from flexmb.dynamics.jobs.executors import Job, attempted, drive
 from flexmb.dynamics.sweeps.bifurcation import Family, SectionSettings, section_point
 from flexmb.dynamics.systems.given import Map
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.errors import AssemblyError
 
 PERIOD = 2.0 * np.pi / OMEGA
 
@@ -512,3 +513,15 @@ def test_a_ramp_of_another_angle_is_a_cold_start(ramp, seams):
     cold = fm.bifurcation(at, "speed", [150.0, 155.0], **about)
     turns = (found["crank.theta"].values - cold["crank.theta"].values) / (2.0 * np.pi)
     assert turns == pytest.approx(np.round(turns), abs=1e-9)
+
+
+def test_a_state_that_a_drive_would_turn_away_from_its_bearing_is_refused():
+    """At 1 ms the drive has turned the crank by 0.15 rad, and the rod stays: its journal would be 7 mm away."""
+    flow = MechanismFlow(fm.mechanisms.slider_crank(150.0, clearance=2e-4))
+    state = flow.state()
+    with pytest.raises(AssemblyError, match=r"at t = 0\.001 s move .* more than the clearance of 0\.0002 m"):
+        flow.reset(state, time=1e-3)
+    assert not flow.ok
+    assert not flow.advance(1e-3)
+    flow.reset(state, time=2.0 * np.pi / 150.0)
+    assert flow.advance(1e-3)

@@ -20,7 +20,7 @@ from flexmb.engine.state.record import DONE, RUNNING
 from flexmb.engine.step.contact_events import running_episodes
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
-from flexmb.errors import InputError
+from flexmb.errors import AssemblyError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.parts.contact.onset import HISTORY
@@ -226,7 +226,7 @@ class MechanismFlow(ContinuousFlow):
         moved, play = np.abs(q - state[:n]).reshape(-1, 3)[:, :2].max(), self.program.least_clearance
         if play is not None and moved > play:
             text = f"{self._label}: joints and drives at t = {time:.6g} s move the given state by {moved:.3g} m"
-            raise InputError(f"{text}, more than the clearance of {play:.3g} m. Give a state nearer to them.")
+            raise AssemblyError(f"{text}, more than the clearance of {play:.3g} m. Give a state nearer to them.")
         z = state[2 * n : 2 * n + n_z].copy()
         a, lam = accelerations(self.program, q, v, time, z)
         self._begin(Start(q, v, a, lam, 0), z, time)
@@ -446,11 +446,11 @@ class MechanismFlow(ContinuousFlow):
             raise InputError(f"{text} Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step.")
         span = self.period or 1.0
         self.run = CarryingRun(self.program, self.method, self.step, span, span)
-        self.ok, self.status = True, "ready"
+        self.ok, self.status = False, "The last reset failed."
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
         self.run.begin(start, z=z, time=time)
-        self.run.flow.clock.save_start = -1.0
+        self.run.flow.clock.save_start, self.ok, self.status = -1.0, True, "ready"
 
 
 DERIVED = ("symbolic", "shapes")  # fields of a program without influence on the digest; the other fields determine them
