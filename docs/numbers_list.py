@@ -371,6 +371,7 @@ run.sampling.SETTLED | 1 | a state of a control | the same of sampled controller
 run.sampling.DIFFERENCE | 1 | a state of a control | differences of a sampled law
 run.sampling.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
 statics.start.consistent.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
+statics.start.consistent.FAR_GAP | 1 | largest coordinate | the same far from the origin
 statics.start.consistent.MOST_PROJECTIONS | iterations | nothing | most rounds of a projection
 parts.bodies.rigid.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
 elastic.planes.plane_body.PIN_SHARE | 1 | mass of the body | mass of an averaged pin, taken from its nodes

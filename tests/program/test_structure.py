@@ -232,3 +232,17 @@ def test_kernels_that_differ_in_a_constant_are_two(forgotten):
     assert made(0.5) == made(0.5)
     assert made(0.5) != made(0.25)
     assert hash(made(0.5)) == hash(made(0.5))
+
+
+def test_numbers_of_tables_stand_in_p_alone():
+    """Mechanisms with other floats share a structure, so nothing else in it may depend on one."""
+
+    def floats(record, path=""):
+        for name, value in record.as_dict().items():
+            if isinstance(value, Record):
+                yield from floats(value, f"{path}{name}.")
+            elif isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
+                yield path + name
+
+    mechanism = fm.mechanisms.nine_bar(2.0 * np.pi, clearance=1e-4, flexible=True, friction="coulomb")
+    assert list(floats(fm.compile(mechanism).tables)) == ["p"]

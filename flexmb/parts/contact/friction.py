@@ -414,9 +414,10 @@ class LuGre(StaticKinetic):
     which some 20 steps in a period resolve, damped critically with N sigma_1 = 2 sqrt(stiffness m).
     Keep sigma_1 v_s well below mu_k: else T falls steeply while damping fades, and a step may have several solutions.
     The law never produces energy, for any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt at every instant, and over
-    steps that do not grow, equation (5.18).  Three properties ensure this.  The stiffness is absolute [N/m] as in
-    the source below: a stiffness proportional to N would store energy that a growing load multiplies.  Bristles
-    longer than mu_s N / sigma_0 are released as N falls.  The damping fades with the slip and has a limit.
+    steps that do not grow, equation (5.18); steps that grow may produce some.  Three properties ensure this.  The
+    stiffness is absolute [N/m] as in the source below: a stiffness proportional to N would store energy that a growing
+    load multiplies.  Bristles longer than mu_s N / sigma_0 are released as N falls.  The damping fades with the slip
+    and has a limit.
     Source: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction,
     IEEE Transactions on Automatic Control 40 (1995) 419-425, equations for z, F and g; the fading of sigma_1 from
     K. J. Astrom, C. Canudas de Wit, Revisiting the LuGre friction model, IEEE Control Systems Magazine 28 (2008)

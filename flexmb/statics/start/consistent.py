@@ -394,6 +394,7 @@ def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
 WHOLE_TURN = 2.0 * np.pi
 MOST_PROJECTIONS = 30  # number of Newton iterations at most
 CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
+FAR_GAP = 1e-14  # the same relative to the largest coordinate, whose round-off counts far from the origin
 
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
@@ -411,7 +412,8 @@ def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple
     for _ in range(MOST_PROJECTIONS):
         G = system.at(q, t=t).blocks[1]
         gap = system.residual
-        if np.abs(gap).max(initial=0.0) <= CLOSED_GAP * max(program.length, 1e-3 * np.abs(q).max()):
+        far = np.abs(np.where(angles, program.length, 1.0) * q).max(initial=0.0)
+        if np.abs(gap).max(initial=0.0) <= max(CLOSED_GAP * program.length, FAR_GAP * far):
             break
         q = q + shortest_correction(metric, G, -gap)
     else:
