@@ -176,7 +176,7 @@ def consistent_start(
     extra = redundant_rows(program, closed, q, t) if redundant else 0
     system = StateEvaluation(program)
     if extra == 0:
-        check_independent(program, with_states(program, q, q)[0], system)
+        check_independent(program, with_states(program, q, q)[0], system, least_norm=redundant)
     check_massless(mechanism, program, with_states(program, q, q)[0])
     v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
     q, v = with_states(program, q, v)
@@ -209,7 +209,9 @@ def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: flo
     raise SolveError(f"{text} Give start values.")
 
 
-def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
+def check_independent(
+    program: Program, q: np.ndarray, system: StateEvaluation | None = None, *, least_norm: bool = False
+) -> None:
     """Refuse redundant joints at q, with their names and whether the pose or the mechanism is the reason."""
     system = system or StateEvaluation(program)
     found = redundancy(program, q, system)
@@ -220,11 +222,12 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
     listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
     drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
     if len(elsewhere) < count:
+        remedy = "; redundant='least-norm' is for joints that repeat one another in every pose."
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
-            "and the motion can branch. Start a little beside it "
-            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint, "
-            "make a link flexible, or simulate(..., redundant='least-norm')."
+            "and the motion can branch. Start a little beside it (e.g. another crank angle), or, if the links are "
+            "parallel on purpose, remove one joint or make a link flexible"
+            + (remedy if least_norm else ", or simulate(..., redundant='least-norm').")
         )
     fewer = f"a drive ({', '.join(drives)})" if drives else "one"
     text = f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} repeat one another."
