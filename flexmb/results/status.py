@@ -84,6 +84,11 @@ SENTENCES = {
         "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
 }
+# Friction that grows with the forces it causes (P. Painleve, Lecons sur le frottement, 1895).
+SELF_LOCKING = (
+    " Friction in joints, which grows with their own forces, may lock the mechanism or have no solution above some "
+    "coefficient: see whether a smaller one runs; joints with clearance have a solution at any."
+)
 
 WARNING_FRACTION = 0.2  # part of the limits of the balance of energies, above which a good run has a warning
 
@@ -96,6 +101,12 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
         return template.format(t=t) + held_rows_sentence(program, trial, record) + warned
     names = (*program.names.coordinates, *program.names.rows)
     cause, remedy = rejected_sentence(program, flow, trial, record)
+    if program.tables.sizes.has_joint_friction and code in (
+        ends.NEWTON_FAILED,
+        ends.STEP_TOO_SMALL,
+        ends.ENERGY_MISSING,
+    ):
+        template += SELF_LOCKING
     return template.format(
         t=t, h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s", cause=cause,
         remedy=remedy, lost=names[int(record.count.lost_pivot)], last=record.report.correction,

@@ -156,3 +156,15 @@ def test_bad_input(change, words):
         fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0), **change)
     for word in words:
         assert word in str(error.value)
+
+
+def test_friction_without_a_solution_is_told_as_such():
+    """A rod hinged to a light slider wedges it: the friction that its weight asks for grows with itself."""
+    angle, rub = 2.2, fm.ModifiedCoulomb(3.0, v0=0.0, v1=1e-3)
+    slider = fm.RigidBody("slider", (0.0, 0.0), mass=0.01, inertia=1e-6, velocity=(1.0, 0.0, 0.0))
+    rod = fm.RigidLink("rod", (0.0, 0.0), (math.cos(angle), math.sin(angle)), mass=1.0, inertia=1.0 / 12.0)
+    guide = fm.Prismatic("guide", fm.GROUND, slider, at=(0.0, 0.0), along=(1.0, 0.0), friction=rub, length=0.1)
+    parts = [slider, rod, guide, fm.Revolute("pin", slider, rod, at=(0.0, 0.0))]
+    sol = fm.simulate(fm.Mechanism("wedged", parts, gravity=(0.0, -G)), t_end=0.2)
+    assert not sol.ok
+    assert "may lock the mechanism or have no solution" in sol.status
