@@ -128,3 +128,24 @@ def test_a_massless_link_that_moves_alone_is_named():
         fm.RigidLink("odd", O, (0.5, 0.0), mass=0.0, inertia=1.0)
     with pytest.raises(InputError, match=r"inertia is 0 kg m\^2; it must be > 0"):
         fm.RigidLink("odd", O, (0.5, 0.0), mass=1.0, inertia=0.0)
+
+
+@pytest.mark.parametrize("length", [1e-5, 1e-6, 1e-7])
+def test_free_machines_of_micrometres_start(length):
+    """A four-bar linkage that falls from rest moves alike at any size, if gravity grows with it.
+
+    Its masses, 1e-16 to 1e-22 kg, are far below the entries of its joints.
+    """
+    angles = []
+    for L in (1.0, length):
+        points, m = [(0.0, 0.0), (0.3 * L, 0.1 * L), (1.2 * L, 0.6 * L), (1.2 * L, 0.0)], 10.0 * L**3
+        bars = [
+            fm.RigidLink(name, points[k], points[k + 1], mass=m, inertia=share * m * L**2 / 12.0)
+            for k, (name, share) in enumerate((("a", 0.1), ("b", 1.0), ("c", 0.4)))
+        ]
+        sides = [fm.GROUND, *bars, fm.GROUND]
+        pins = [fm.Revolute(f"pin {k}", sides[k], sides[k + 1], at=points[k]) for k in range(4)]
+        sol = fm.simulate(fm.Mechanism("falling", [*bars, *pins], gravity=(0.0, -9.81 * L)), t_end=0.5)
+        assert sol.ok, sol.status
+        angles.append(sol.array("a.theta")[-1])
+    assert angles[1] == pytest.approx(angles[0], abs=1e-8)
