@@ -123,6 +123,23 @@ def test_histories_of_friction_must_come_back_and_those_of_contacts_are_handed_o
     assert space.length(space.difference(one, other)) < 1e-12
 
 
+def test_multipliers_that_steps_make_uncertain_are_told():
+    """Steps that change from run to run are 41 % of a difference of motions with impacts, and none of a smooth one."""
+    T, (mass, *others) = 2 * math.pi / W, shaken().parts
+    law, play = fm.KelvinVoigt(stiffness=2e3, damping=3.0), 0.2 * abs(F / (K - M * W**2 + 1j * D * W))
+    worn = fm.RevoluteClearance("J", fm.GROUND, mass, at=(1.0, 0.0), clearance=play, bearing_radius=0.5, normal=law)
+    flow = MechanismFlow(fm.Mechanism("worn", [mass, *others, worn]), period=T)
+    orbit = periodic_orbit(flow, settle=40)
+    assert orbit.ok, orbit.status
+    assert "Multipliers change" not in orbit.status
+    beside = periodic_orbit(flow, guess=orbit.state, tangent="differences")
+    assert np.abs(beside.multipliers - orbit.multipliers).max() > 0.1
+    assert "Multipliers change by 0.41 with differences 5 times as large. Take fixed steps" in beside.status
+    smooth = periodic_orbit(MechanismFlow(shaken(), period=T), tangent="differences")
+    assert smooth.ok
+    assert "Multipliers change" not in smooth.status
+
+
 def test_basin_of_a_mechanism_is_asked_for_by_coordinates():
     T = 2 * math.pi / W
     heavy = shaken().with_({"spring.damping": 20.0})

@@ -110,6 +110,8 @@ TOLERANCE, TOLERANCE_OF_STEPS = 1e-10, 1e-6
 AMPLIFIED = 1e4  # largest growth of differences in one segment; a period with more growth is divided into segments
 # Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium.
 AT_REST = 1e-6
+# Size of differences for a second look at multipliers, over the usual one; change of a multiplier that is told.
+ENLARGED, LARGEST_SPREAD = 5.0, 0.01
 
 
 @record_with(eq=False)
@@ -318,9 +320,25 @@ def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int
     )  # fmt: skip
 
 
+def _spread_of_differences(shooting: Shooting, run: ShootingRun) -> str:
+    """Sentence on multipliers that change with the size of the differences; "" where they hardly do."""
+    # Error-controlled steps change from run to run, so a difference of two runs has a part of their errors.
+    shooting.enlarged = ENLARGED
+    other = shooting.run(run.starts, run.period, run.value)
+    shooting.enlarged = 1.0
+    one, two = (np.linalg.eigvals(found.monodromy) for found in (run, other or run))
+    spread = np.abs(one[:, None] - two).min(axis=1, initial=np.inf).max(initial=0.0)
+    if spread <= LARGEST_SPREAD * max(np.abs(one).max(initial=0.0), 1.0):
+        return ""
+    remedy = "Take fixed steps, a smaller rtol, or tangent='carried'."
+    return f" Multipliers change by {spread:.2g} with differences {ENLARGED:g} times as large. {remedy}"
+
+
 def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[bool, str]:
     """Whether a converged run is an orbit, and its status: no equilibrium; a note on a shorter period."""
     system, space = shooting.system, shooting.space
+    if shooting.tangent == "differences" and system.is_rough:
+        status += _spread_of_differences(shooting, run)
     if shooting.autonomous:
         system.reset(run.starts[0], time=0.0)
         if space.length(system.velocity()) * run.period <= AT_REST * shooting.scale:

@@ -116,6 +116,7 @@ class Shooting:
         self.tangent = checks.one_of(label, "tangent", tangent, TANGENTS)
         self.is_flow, self.scale, self.status = system.unit == "s", 0.0, ""
         self.parameter: str | None = None
+        self.enlarged = 1.0  # size of differences of motions, over the usual one
         if not self.is_flow and (period is not None or autonomous):
             text = f"{label}: {system.name!r} counts {system.unit}"
             raise InputError(f"{text}; it has no period= and is not autonomous. Give times= alone.")
@@ -265,7 +266,7 @@ class Shooting:
         history_rows[self.space.history_rows, np.arange(len(self.space.history_rows))] = 1.0
         directions_and_histories = np.hstack([directions, history_rows])
         orthonormalise(directions_and_histories, self.space.weights)
-        relative = SMALL_OF_A_FLOW if self.is_flow else SMALL
+        relative = self.enlarged * (SMALL_OF_A_FLOW if self.is_flow else SMALL)
         size = relative * max(self.space.length(start), 1e-3 * self.scale, 1e-9)
         W = self._pairs(start, directions_and_histories, j, period, size, ends=False)[0]
         if W is None:
