@@ -185,6 +185,7 @@ def at_places(
     return xr.Dataset(found, coords=coords, attrs={"mechanism": sol.name, "part": part})
 
 
+PLANES = np.radians(np.arange(0.0, 180.0, 2.5))  # angles of the normals of planes whose stress is counted [rad]
 CAPTURED = 0.98  # largest saved stress over the largest of all accepted steps, below which cycles are said to be missed
 
 
@@ -230,10 +231,12 @@ class Fatigue:
 
     Notes
     -----
-    The stress of a mesh is the principal stress that is largest by its absolute value, with its sign.  Of beams, both
-    outer fibres are counted in both sections at the node, and that with the larger damage, or range, is kept.  Cycles
-    are those of the saved instants, so save finely; `captured` tells what was missed.
-    Source of the count: ASTM E1049-85 (2017), section 5.4.4, by the package rainflow.
+    Of meshes, the normal stress on planes at every 2.5 degrees across the plane of motion is counted, of beams that of
+    both outer fibres in both sections at the node; the plane, or fibre, with the largest damage is kept.  Of ductile
+    metals under shear alone, cracks may follow the planes of the largest shear, which this does not count.  Cycles are
+    those of the saved instants, so save finely; `captured` tells what was missed.
+    Source of the planes: D. F. Socie, G. B. Marquis, Multiaxial Fatigue, SAE 2000, chapter 5; of the count: ASTM
+    E1049-85 (2017), section 5.4.4, by the package rainflow.
     """
 
     body: str = field("name of the body")
@@ -286,9 +289,11 @@ def fatigue(sol: Solution, body: str, woehler: Any, point: Any, mechanism: Mecha
         peak = sol.peak(f"{body}.von_mises")
         wanted = peak.node
     own = stress(sol, body, [] if wanted is None else [wanted], None, mechanism)
-    histories = own["signed"].values
     if "bending" in own:
         histories = np.hstack([own["axial"].values + sign * own["bending"].values for sign in (1.0, -1.0)])
+    else:
+        mean, half = 0.5 * (own["sx"].values + own["sy"].values), 0.5 * (own["sx"].values - own["sy"].values)
+        histories = mean + half * np.cos(2.0 * PLANES) + own["txy"].values * np.sin(2.0 * PLANES)
     line = woehler if woehler is not None else WoehlerLine(1.0)
     found = [cycles_of(column) for column in histories.T]
     ranges, means, counts = max(found, key=lambda one: line.damage(0.5 * one[0], one[2]))

@@ -77,6 +77,37 @@ def test_point_without_the_signal():
     assert sol.fatigue("rod", WoehlerLine(60e6), point="start").damage > 0.0
 
 
+def sheared(history):
+    """Stresses and fatigue at the neutral axis of a short block whose end is pushed across."""
+    mesh = fm.meshes.rectangle(0.06, 0.04, 6, 4)
+    steel = fm.Material(2e11, 7800.0, 0.3)
+    block = fm.PlaneBody("block", mesh, thickness=0.01, material=steel, pins=("left", "right"), damping=1e-5)
+    wall = fm.Fixed("wall", fm.GROUND, block, at=(0.0, 0.02))
+    push = fm.Force("push", block, at=(0.06, 0.02), force=(0.0, -20e3), history=history)
+    pull = fm.Force("pull", block, at=(0.06, 0.02), force=(300.0, 0.0), history=fm.drives.Harmonic(1.0, FREQUENCY))
+    how = {"t_end": TIMES / FREQUENCY, "save": 500, "step": 2e-4, "start": "equilibrium"}
+    sol = fm.simulate(fm.Mechanism("sheared", [block, wall, push, pull]), **how).require()
+    middle = (0.03, 0.02)
+    return sol.stress("block", [middle]), sol.fatigue("block", WoehlerLine(50e6), point=middle)
+
+
+def test_reversed_shear_has_the_damage_of_its_planes():
+    """Under +-tau each plane at 45 degrees sees +-tau; the largest principal stress sees +tau twice."""
+    stresses, found = sheared(fm.drives.Harmonic(1.0, frequency=FREQUENCY))
+    tau = float(np.abs(stresses.txy).max())
+    assert float(np.abs(stresses.sx).max()) < 0.05 * tau
+    damage = (TIMES - 0.5) / found.woehler.life(tau) + 1.0 / found.woehler.life(0.5 * tau)
+    assert found.damage == pytest.approx(damage, rel=0.05)  # (1 + s/2 tau)^5 with the normal stress s
+
+
+def test_steady_shear_with_a_ripple_does_no_damage():
+    stresses, found = sheared(fm.drives.Harmonic(0.01, frequency=FREQUENCY, mean=1.0))
+    tau = np.abs(stresses.txy.values)
+    assert np.ptp(stresses.signed.values) > 1.9 * tau.max()  # it jumps between the principal stresses
+    assert found.ranges.max() < 1.1 * (np.ptp(tau) + 0.5 * np.ptp(stresses.sx.values))
+    assert found.ranges.max() < 0.05 * tau.max()
+
+
 def test_bad_woehler_lines():
     for values in ({"amplitude": 0.0}, {"amplitude": 1e8, "slope": -1.0}, {"amplitude": 1e8, "limit": -1.0}):
         with pytest.raises(InputError, match="WoehlerLine"):
