@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["h5py", "meshio", "mpl", "pyvista", "scipy", "sp", "xr"]
+__all__ = ["h5py", "meshio", "mpl", "pd", "pyvista", "scipy", "sp", "xr"]
 
 
 class Late:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import h5py
     import matplotlib as mpl
     import meshio
+    import pandas as pd
     import pyvista
     import scipy.integrate
     import scipy.interpolate
@@ -38,5 +39,5 @@ if TYPE_CHECKING:
     import scipy.stats
     import xarray as xr
 else:
-    h5py, meshio, mpl, pyvista = map(Late, ("h5py", "meshio", "matplotlib", "pyvista"))
+    h5py, meshio, mpl, pd, pyvista = map(Late, ("h5py", "meshio", "matplotlib", "pandas", "pyvista"))
     scipy, sp, xr = map(Late, ("scipy", "scipy.sparse", "xarray"))

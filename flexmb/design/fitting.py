@@ -17,7 +17,7 @@ from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
 from flexmb.fields import field, record_with
-from flexmb.late import scipy, xr
+from flexmb.late import pd, scipy, xr
 from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
 from flexmb.version import installed_version
@@ -206,7 +206,7 @@ class _Measured:
                 raise InputError(f"{label}: {name} of the data is no row of numbers along 'time'; give one [SI units].")
         late = np.asarray(data["time"].values, dtype=float) - self.begin
         kept = late >= 0.0
-        self.every = late[kept]
+        self.every, self.passed = late[kept], f"{len(late) - int(kept.sum())} of {len(late)} instants"
         if len(self.every) < 2 or (np.diff(self.every) <= SAME_INSTANT * self.every[-1]).any():
             raise InputError(f"{label}: the data need increasing times from begin on; {len(self.every)} are not so.")
         self.all_values = np.stack([np.asarray(data[name].values, dtype=float)[kept] for name in self.signals], axis=1)
@@ -259,14 +259,18 @@ class _Measured:
 def read_csv(label: str, path: Path) -> xr.Dataset:
     """Signals of a CSV file whose first line names the columns, "time" first."""
     try:
-        names = path.read_text(encoding="utf-8-sig").partition("\n")[0].strip().split(",")
-        table = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
+        table = pd.read_csv(path, skipinitialspace=True, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         raise InputError(f"{label}: {path} cannot be read as CSV: {error}") from error
-    names = [name.strip().strip('"') for name in names]
-    if names[0] != "time" or table.shape[1] != len(names):
+    table.columns = [str(name).strip() for name in table]
+    if table.columns[0] != "time" or not isinstance(table.index, pd.RangeIndex):
         raise InputError(f"{label}: {path}: give 'time' and names in line 1, as many numbers below, commas between.")
-    return xr.Dataset({name: ("time", table[:, k]) for k, name in enumerate(names) if k}, {"time": table[:, 0]})
+    for name, column in table.items():
+        text = column[pd.to_numeric(column, errors="coerce").isna() & column.notna()]
+        if len(text):
+            where = f"{path}: {name} has {text.iloc[0]!r} in line {text.index[0] + 2}"
+            raise InputError(f"{label}: {where}; give numbers, and nothing where one is missing.")
+    return xr.Dataset({name: ("time", table[name].to_numpy()) for name in table.columns[1:]}, {"time": table["time"]})
 
 
 class _Search:
@@ -459,6 +463,21 @@ def _distinct(found: Sequence[Any]) -> list[np.ndarray]:
     return kept
 
 
+def _variance(residuals: np.ndarray, loss: str) -> float:
+    """Variance of residuals (n,) by their mean weight in a loss: that of their scatter without outliers."""
+    # mean(psi^2)/mean(psi')^2 with psi(r) = r rho'(r^2) (P. J. Huber, Robust Statistics, Wiley 1981, section 7.6).
+    z = residuals**2
+    far = np.maximum(z, 1.0)
+    slope, bend = {
+        "linear": (np.ones_like(z), 0.0 * z),
+        "soft_l1": ((1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5),
+        "huber": (far**-0.5, np.where(z > 1.0, -0.5 * far**-1.5, 0.0)),
+        "cauchy": (1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
+        "arctan": (1.0 / (1.0 + z**2), -2.0 * z / (1.0 + z**2) ** 2),
+    }[loss]
+    return float(np.mean(z * slope**2) / np.mean(slope + 2.0 * z * bend) ** 2)
+
+
 def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     """Values, errors and correlations by the derivatives at the solution."""
     own, p, J = search.measured, len(search.low), search.jacobian(found.x)
@@ -471,7 +490,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     inverse = np.where(seen, 1.0 / np.where(seen, singular, 1.0), 0.0)
     more = own.count - len(found.x)
     stuck = search.failed > 0 and _promise(J, residuals, found.x[:p]) > PROMISING
-    variance = 1.0 if known else float(residuals @ residuals) / more if more else math.inf
+    variance = 1.0 if known else _variance(residuals, loss) * own.count / more if more else math.inf
     blind = (np.abs(right[~seen]) > MEMBER).any(axis=0)
     with np.errstate(all="ignore"):
         covariance = (right.T * inverse**2) @ right * variance
@@ -560,6 +579,9 @@ def _sentences(search: _Search, found: Any, over_noise: float, *, stuck: bool) -
         yield f"The residuals are {over_noise:.3g} times the noise: another minimum, or something that the model lacks."
     if own.count == search.unknowns:
         yield "As many numbers as unknowns: they leave no scatter."
+    missing = int(np.isnan(own.all_values).sum())
+    if not own.passed.startswith("0 ") or missing:
+        yield f"Left out: {own.passed} (before `begin` or without a time), {missing} values that are no numbers."
     if own.part < 1.0:
         yield f"Data later than {own.time[-1]:.4g} s are left out: small differences grow too far there."
     at = [name for name, x in zip(search.names, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]

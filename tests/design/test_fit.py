@@ -96,6 +96,23 @@ def test_file_with_gaps_of_its_own_time(tmp_path):
     bounds = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
     found = fm.design.fit(oscillator, bounds, file, signals=["body.x"], begin=3.0, step=FINE)
     assert list(found.parameters.values()) == pytest.approx([90.0, 0.7], rel=1e-5)
+    assert "Left out: 1 of 51 instants (before `begin` or without a time), 10 values" in found.message
+    file.write_text("\n".join(["time,body.x", *rows, "9.0,0.1V"]))
+    with pytest.raises(InputError, match=r"body.x has '0.1V' in line 52; give numbers, and nothing where one is"):
+        fm.design.fit(oscillator, bounds, file, signals=["body.x"], begin=3.0)
+
+
+def test_standard_errors_of_a_robust_fit_are_those_without_the_outliers():
+    """The noise is not given: its level is that of the scatter, of which outliers are no part, or a bounded one."""
+    rng = np.random.default_rng(5)
+    values = moved(TIMES, 90.0, 0.7, 0.1) + rng.normal(0.0, 2e-3, len(TIMES))
+    bounds, clean = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}, np.arange(len(TIMES)) % 20 > 0
+    kept = fm.design.fit(oscillator, bounds, record(TIMES[clean], values[clean]), signals=["body.x"])
+    values[~clean] += 0.3
+    for loss, most in (("cauchy", 1.6), ("huber", 2.5)):
+        found = fm.design.fit(oscillator, bounds, record(TIMES, values), signals=["body.x"], loss=loss)
+        for name, error in kept.errors.items():
+            assert 0.9 * error < found.errors[name] < most * error
 
 
 @pytest.mark.slow
