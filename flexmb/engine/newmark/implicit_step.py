@@ -46,6 +46,8 @@ LEAST_CORRECTION = 1e-300  # least tolerance of a correction, for states of a co
 STATE_ROUND_OFF = 1e-12
 # Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count.
 ANGLE_ALLOWANCE = 6.3
+# Round-off of angles by that of places far from the origin, over these places in lengths of the mechanism.
+FAR_ALLOWANCE = 0.1
 GAP_ROUND_OFF = 0.1  # round-off of a gap relative to that of corrections
 
 
@@ -115,6 +117,7 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
         far_x, far_t = max(q[0] * q[0] + q[1] * q[1], far_x), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
     moved_x, moved_t = math.sqrt(way) + math.sqrt(shift_x), turn + shift_t
     fast_x, far_x = math.sqrt(fast_x), math.sqrt(far_x)
+    far_t = max(far_t, FAR_ALLOWANCE * far_x / options.length)
     of_states = 0.0
     if n > tables.sizes.n_b:
         of_states = correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial)
