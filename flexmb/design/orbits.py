@@ -205,14 +205,9 @@ class OrbitSensitivity(Measures):
 
 @arguments.checked
 def orbit_sensitivity(
-    orbit: PeriodicOrbit,
-    parameters: Sequence[str],
-    *,
-    of: Sequence[str | Measure] = (),
-    save: int = SAMPLES,
-    distance: float = DISTANCE,
-    tolerance: float | None = None,
-) -> OrbitSensitivity:
+    orbit: PeriodicOrbit, parameters: Sequence[str], *, of: Sequence[str | Measure] = (), save: int = SAMPLES,
+    distance: float = DISTANCE, tolerance: float | None = None,
+) -> OrbitSensitivity:  # fmt: skip
     """Derivatives of a periodic orbit, stable or unstable, by parameters.
 
     Neighbouring orbits, at four values of each parameter, give the derivatives of start, period and multipliers.  Of a

@@ -47,26 +47,13 @@ DEFAULT = Newmark.generalised_alpha()
 @arguments.checked
 @np.errstate(all="ignore")  # numbers that are not finite end as errors or statuses
 def simulate(
-    mechanism: Mechanism,
-    *,
-    t_end: float | None = None,
-    periods: float | None = None,
-    save_from: float = 0.0,
-    save_from_period: float | None = None,
-    save: int | float | Sequence[float] | np.ndarray | str = 1000,
-    step: Step | None = None,
-    method: Method | None = None,
-    start: Equilibrium | str | None = None,
-    restart: Mapping[str, np.ndarray] | None = None,
-    max_steps: int | None = None,
-    redundant: str = "refuse",
-    signals: Sequence[str] | None = None,
-    progress: bool = False,
-    stop: Condition | Sequence[Condition] | None = None,
-    checkpoint: str | Path | None = None,
-    checkpoint_every: float = EVERY,
-    resume: bool = False,
-) -> Solution:
+    mechanism: Mechanism, *, t_end: float | None = None, periods: float | None = None, save_from: float = 0.0,
+    save_from_period: float | None = None, save: int | float | Sequence[float] | np.ndarray | str = 1000,
+    step: Step | None = None, method: Method | None = None, start: Equilibrium | str | None = None,
+    restart: Mapping[str, np.ndarray] | None = None, max_steps: int | None = None, redundant: str = "refuse",
+    signals: Sequence[str] | None = None, progress: bool = False, stop: Condition | Sequence[Condition] | None = None,
+    checkpoint: str | Path | None = None, checkpoint_every: float = EVERY, resume: bool = False,
+) -> Solution:  # fmt: skip
     """Simulate a mechanism from its reference configuration, or from an equilibrium.
 
     `save` takes a number of instants a period (an integer), an interval in s (a float), the times themselves in s (a
@@ -415,14 +402,9 @@ class StepState(Mapping[str, float]):
 
 @arguments.checked
 def steps(
-    mechanism: Mechanism,
-    *,
-    t_end: float | None = None,
-    step: Step | None = None,
-    method: Method | None = None,
-    restart: Mapping[str, np.ndarray] | None = None,
-    redundant: str = "refuse",
-) -> Iterator[StepState]:
+    mechanism: Mechanism, *, t_end: float | None = None, step: Step | None = None, method: Method | None = None,
+    restart: Mapping[str, np.ndarray] | None = None, redundant: str = "refuse",
+) -> Iterator[StepState]:  # fmt: skip
     """Take the steps of `simulate` one at a time: first the start, then the state after every accepted step.
 
     Parameters
