@@ -32,8 +32,7 @@ from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record_with
 from flexmb.late import scipy, xr
 from flexmb.program.program import Program
-from flexmb.statics.equilibrium import static_equilibrium
-from flexmb.statics.found import Equilibrium
+from flexmb.statics.equilibrium import Equilibrium, static_equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import Start
 

@@ -490,7 +490,7 @@ class Solution:
             self.status,
             display.table((fact.label, fact.text) for fact in facts(self)),
             display.table(rows, ("signal", "largest absolute value", "unit", "at t [s]")),
-            display.folded(counted(len(self.notes), "note"), display.texts(self.notes)) if self.notes else "",
+            display.folded(counted(len(self.notes), "note"), display.texts(self.notes)),
             display.folded(f"{counted(len(self.names), 'signal')} of {listed(parts, 5) or 'no part'}", signals),
         )
 
