@@ -298,7 +298,7 @@ def _solution(file: NetcdfContent) -> Solution:
         stats=Stats(**record["stats"]), contacts=ContactLog() if rows is None else ContactLog(names, rows),
         aliases=record["aliases"], shapes=shape.from_json(record["shapes"]),
         restart={name: file.array(f"{RESTART}/{name}") for name in file.names(RESTART)},
-        notes=tuple(record.get("notes", ())),  # files of before have none model=record["model"],
-        description=record.get("mechanism", {}),
+        notes=tuple(record.get("notes", ())),  # files of before have none
+        model=record["model"], description=record.get("mechanism", {}),
         findings=tuple(Finding(**{**f, "parts": tuple(f["parts"])}) for f in record.get("findings", ())),
     )  # fmt: skip
