@@ -67,11 +67,10 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
     if first_order:  # x1 = x + (1 - gamma) x' + gamma x1', in the unknowns x, h x'
         after = np.array([[1.0, -gamma], [-(1.0 - af) * z, 1.0 - am]])
         before = np.array([[1.0, 1.0 - gamma], [af * z, -am]])
-        values = np.linalg.eigvals(np.linalg.solve(after, before))
-        return complex(values[np.argmin(np.abs(values - np.exp(z)))])
-    k = angle**2  # with a = -k q / h^2, in the unknowns q, h v, h^2 x at both ends of a step
-    after = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - af) * k, 0.0, 1.0 - am]])
-    before = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-af * k, 0.0, -am]])
+    else:
+        k = angle**2  # with a = -k q / h^2, in the unknowns q, h v, h^2 x at both ends of a step
+        after = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - af) * k, 0.0, 1.0 - am]])
+        before = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-af * k, 0.0, -am]])
     values = np.linalg.eigvals(np.linalg.solve(after, before))
     return complex(values[np.argmin(np.abs(values - np.exp(z)))])
 

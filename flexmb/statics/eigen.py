@@ -24,7 +24,7 @@ STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative t
 SMALL_SHARE = 1e-8  # component of a motion relative to its largest, below which it is not named
 
 
-def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
+def null_space(G: np.ndarray) -> np.ndarray:
     """Orthonormal basis (n, k) of the motions x with G x = 0, by a pivoted QR of G^T with rows of length 1."""
     n = G.shape[1]
     lengths = np.linalg.norm(G, axis=1)
@@ -33,7 +33,7 @@ def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
         return np.eye(n)
     Q, R, _ = scipy.linalg.qr(G.T, pivoting=True)
     diagonal = np.abs(np.diag(R))
-    return np.asarray(Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :])
+    return np.asarray(Q[:, int((diagonal > DEPENDENT_ROW * diagonal[0]).sum()) :])
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
