@@ -390,7 +390,7 @@ statics.equilibrium.MOST_STRIDES | strides | nothing | most strides to a pose at
 statics.equilibrium.STRIDE_ITERATIONS | iterations | nothing | most iterations of a stride
 statics.equilibrium.LARGEST_STRIDE | 1 | size, or rad | longest stride
 statics.equilibrium.REST_STRIDE | 1 | size, or rad | stride of a pose at rest
-statics.found.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
+statics.equilibrium.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
 statics.eigen.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
 statics.equilibrium.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
 statics.equilibrium.MOST_OF_LONG_STEP | iterations | nothing | the same of a load step that is longer than asked for

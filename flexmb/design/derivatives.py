@@ -209,16 +209,10 @@ def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 @arguments.checked
 def sensitivity(
-    model: Model,
-    parameters: Iterable[str] | Mapping[str, float],
-    *,
-    of: Sequence[str | Measure],
-    t_end: float | None = None,
-    periods: float | None = None,
-    save: int | float | Sequence[float] | np.ndarray = 1000,
-    step: Step | None = None,
-    method: Method | None = None,
-) -> Sensitivity:
+    model: Model, parameters: Iterable[str] | Mapping[str, float], *, of: Sequence[str | Measure],
+    t_end: float | None = None, periods: float | None = None, save: int | float | Sequence[float] | np.ndarray = 1000,
+    step: Step | None = None, method: Method | None = None,
+) -> Sensitivity:  # fmt: skip
     """Derivatives of signals by parameters, through impacts and friction, along one run.
 
     The steps of the run carry the derivatives of its state: start values, drives and the equations of motion change

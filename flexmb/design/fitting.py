@@ -96,22 +96,12 @@ class Fit(display.Inside):
 
 @arguments.checked
 def fit(
-    model: Model,
-    parameters: Mapping[str, tuple[float, float]],
-    data: xr.Dataset | str | Path,
-    *,
-    signals: Sequence[str],
-    noise: float | Mapping[str, float] | None = None,
-    offset: Sequence[str | Sequence[str]] = (),
-    begin: float = 0.0,
-    loss: str = "linear",
-    step: Step | None = None,
-    method: Method | None = None,
-    most_runs: int = 100,
-    start: Mapping[str, float | Sequence[float]] | None = None,
-    pieces: Sequence[float] = (),
-    free: Sequence[str] = (),
-) -> Fit:
+    model: Model, parameters: Mapping[str, tuple[float, float]], data: xr.Dataset | str | Path, *,
+    signals: Sequence[str], noise: float | Mapping[str, float] | None = None,
+    offset: Sequence[str | Sequence[str]] = (), begin: float = 0.0, loss: str = "linear", step: Step | None = None,
+    method: Method | None = None, most_runs: int = 100, start: Mapping[str, float | Sequence[float]] | None = None,
+    pieces: Sequence[float] = (), free: Sequence[str] = (),
+) -> Fit:  # fmt: skip
     """Parameters from measured signals, by least squares with the derivatives of the run.
 
     The run starts as the model says, at the time `begin` of the data.  Spans of the data that grow are fitted one after

@@ -68,22 +68,11 @@ class Optimum(display.Inside):
 
 @arguments.checked
 def optimise(
-    model: Model,
-    parameters: Mapping[str, tuple[float, float]],
-    *,
-    objective: Measure | Mapping[Measure, float],
-    subject_to: Sequence[Condition] = (),
-    t_end: float | None = None,
-    periods: float | None = None,
-    start: Mapping[str, float] | None = None,
-    everywhere: bool = False,
-    search: str = "SLSQP",
-    most_designs: int = 200,
-    store: str | Path | None = None,
-    resume: bool = False,
-    step: Step | None = None,
-    method: Method | None = None,
-) -> Optimum:
+    model: Model, parameters: Mapping[str, tuple[float, float]], *, objective: Measure | Mapping[Measure, float],
+    subject_to: Sequence[Condition] = (), t_end: float | None = None, periods: float | None = None,
+    start: Mapping[str, float] | None = None, everywhere: bool = False, search: str = "SLSQP", most_designs: int = 200,
+    store: str | Path | None = None, resume: bool = False, step: Step | None = None, method: Method | None = None,
+) -> Optimum:  # fmt: skip
     """Least value of a measure by the numbers of a mechanism, with the derivatives of the run.
 
     A design whose run fails or that cannot be assembled is kept in the history with its status, and the search turns
@@ -158,14 +147,9 @@ class _Evaluation:
     most = 0
 
     def __init__(
-        self,
-        label: str,
-        model: Model,
-        bounds: Mapping[str, tuple[float, float]],
-        weights: Mapping[Measure, float],
-        subject_to: Sequence[Condition],
-        span: Span,
-    ) -> None:
+        self, label: str, model: Model, bounds: Mapping[str, tuple[float, float]], weights: Mapping[Measure, float],
+        subject_to: Sequence[Condition], span: Span,
+    ) -> None:  # fmt: skip
         self.label, self.model, self.bounds, self.span = label, model, dict(bounds), span
         self.low, high = np.array(list(bounds.values())).T
         self.width = high - self.low

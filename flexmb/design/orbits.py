@@ -32,8 +32,7 @@ from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record_with
 from flexmb.late import scipy, xr
 from flexmb.program.program import Program
-from flexmb.statics.equilibrium import static_equilibrium
-from flexmb.statics.found import Equilibrium
+from flexmb.statics.equilibrium import Equilibrium, static_equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import Start
 
@@ -205,14 +204,9 @@ class OrbitSensitivity(Measures):
 
 @arguments.checked
 def orbit_sensitivity(
-    orbit: PeriodicOrbit,
-    parameters: Sequence[str],
-    *,
-    of: Sequence[str | Measure] = (),
-    save: int = SAMPLES,
-    distance: float = DISTANCE,
-    tolerance: float | None = None,
-) -> OrbitSensitivity:
+    orbit: PeriodicOrbit, parameters: Sequence[str], *, of: Sequence[str | Measure] = (), save: int = SAMPLES,
+    distance: float = DISTANCE, tolerance: float | None = None,
+) -> OrbitSensitivity:  # fmt: skip
     """Derivatives of a periodic orbit, stable or unstable, by parameters.
 
     Neighbouring orbits, at four values of each parameter, give the derivatives of start, period and multipliers.  Of a

@@ -102,20 +102,10 @@ STATISTICS = ("mean", "deviation", "low", "high")  # variables of `Spread.statis
 
 @arguments.checked
 def spread(
-    model: Model,
-    parameters: Mapping[str, Normal | Uniform],
-    *,
-    of: Sequence[Measure],
-    t_end: float | None = None,
-    periods: float | None = None,
-    samples: int = 64,
-    sobol: bool = False,
-    executor: Executor | None = None,
-    store: Any = None,
-    resume: bool = False,
-    step: Step | None = None,
-    method: Method | None = None,
-) -> Spread:
+    model: Model, parameters: Mapping[str, Normal | Uniform], *, of: Sequence[Measure], t_end: float | None = None,
+    periods: float | None = None, samples: int = 64, sobol: bool = False, executor: Executor | None = None,
+    store: Any = None, resume: bool = False, step: Step | None = None, method: Method | None = None,
+) -> Spread:  # fmt: skip
     """Spread of measures over machines whose numbers scatter independently.
 
     To first order, by the derivatives at the means; and by samples (Sobol's sequence).

@@ -563,14 +563,14 @@ def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
     K = float(np.median([np.median(growth_correlations(column, angles, PART)) for column in deviations.T]))
     D = separation(z, bands)
     evidence.update(bands=float(bands), doublings=float(doublings(z)), zero_one=K, separation=D)
-    return _changing(z, bands, evidence) or _aperiodic_kind(kind_of(K), _kind_of_separation(D), evidence)
+    return _changing(z, bands, evidence) or _aperiodic_kind(kind_of(K), kind_of(D, REGULAR, PARTED), evidence)
 
 
 def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict | None:
     """The verdict on points (n, m) whose kind or amplitude changes within the record; None: no change."""
     half = len(z) // 2
     if half >= LEAST_APERIODIC:
-        kinds = [_kind_of_separation(separation(points, bands)) for points in (z[:half], z[half:])]
+        kinds = [kind_of(separation(points, bands), REGULAR, PARTED) for points in (z[:half], z[half:])]
         if set(kinds) == {"regular", "chaotic"}:
             text = f"The first half of the record is {kinds[0]}, the second {kinds[1]}. Leave out more points."
             return Verdict("transient", text, 0, evidence)
@@ -584,12 +584,6 @@ def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict 
         text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
         return Verdict("transient", f"{text} Leave out more points, or take more.", 0, evidence)
     return None
-
-
-def _kind_of_separation(D: float) -> str:
-    if D < REGULAR:
-        return "regular"
-    return "chaotic" if D > PARTED else "undecided"
 
 
 def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) -> Verdict:

@@ -25,17 +25,8 @@ from flexmb.engine.state.flow import (
     EnergyBalance,
 )
 from flexmb.engine.state.record import ENERGY_LOST, ENERGY_MADE, ENERGY_MISSING, NOT_FINITE, RUNNING
+from flexmb.engine.system import work as columns
 from flexmb.engine.system.contacts import call_gap, call_normal, jacobians
-from flexmb.engine.system.work import (
-    DRIVE_FORCE,
-    JOINT_FRICTION_FORCE,
-    JOINT_SLIP,
-    LOSS_BEYOND,
-    LOSS_FRICTION,
-    LOSS_MEMORY,
-    LOSS_NORMAL,
-    MOTION,
-)
 from flexmb.kernels import GAP_SIZE, compiled, damping_at, energy_at
 from flexmb.parts.contact.onset import crossing
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
@@ -63,12 +54,12 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
         touched = N != 0.0 or T != 0.0
         for i in range(1, CONTACT_MEMORY_SIZE):
             touched = touched or memory[i] != 0.0
-        for i in range(LOSS_MEMORY + CONTACT_MEMORY_SIZE):
+        for i in range(columns.LOSS_MEMORY + CONTACT_MEMORY_SIZE):
             loss[i] = 0.0
         if touched:
             jacobians(contact, work.contact_scratch)
             normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
-            now = part_of(loss, LOSS_MEMORY, LOSS_MEMORY + CONTACT_MEMORY_SIZE)
+            now = part_of(loss, columns.LOSS_MEMORY, columns.LOSS_MEMORY + CONTACT_MEMORY_SIZE)
             now[MEMORY_NORMAL] = N
             for i in range(6):
                 way = q1[dofs[i]] - flow.q[dofs[i]]
@@ -78,7 +69,8 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
                 friction += 0.5 * (memory[MEMORY_BY_FRICTION + i] + now[MEMORY_BY_FRICTION + i]) * way
             if h > 0.0:
                 by_law = _loss_by_law(tables, address, c, h, flow, q1, v1, work)
-                loss[LOSS_NORMAL], loss[LOSS_FRICTION], loss[LOSS_BEYOND] = by_law, -friction, -normal - by_law
+                loss[columns.LOSS_NORMAL], loss[columns.LOSS_FRICTION] = by_law, -friction
+                loss[columns.LOSS_BEYOND] = -normal - by_law
 
 
 @compiled
@@ -219,7 +211,7 @@ def count_step(tables, q, balance, work):
         far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
         force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])
     for c in range(work.contact.shape[0]):
-        force += abs(work.loss[c, LOSS_MEMORY + MEMORY_NORMAL])
+        force += abs(work.loss[c, columns.LOSS_MEMORY + MEMORY_NORMAL])
     for i in range(work.load.shape[0]):
         force += abs(work.load[i])
     balance.round_off += COORDINATE_ROUND_OFF * (force * far_x + moment * far_t)
@@ -231,7 +223,7 @@ def _contact_losses(ledger, balance, memory, work):
     turned = 0.0
     for c in range(work.contact.shape[0]):
         loss = work.loss[c]
-        normal, friction, beyond = loss[LOSS_NORMAL], loss[LOSS_FRICTION], loss[LOSS_BEYOND]
+        normal, friction, beyond = loss[columns.LOSS_NORMAL], loss[columns.LOSS_FRICTION], loss[columns.LOSS_BEYOND]
         ledger[CONTACT] += normal
         ledger[FRICTION] += friction
         ledger[ALGORITHM] += beyond
@@ -240,7 +232,7 @@ def _contact_losses(ledger, balance, memory, work):
         balance.supplied += max(-friction, 0.0)  # a belt
         k = CONTACT_MEMORY_SIZE * c
         for i in range(CONTACT_MEMORY_SIZE):
-            memory[k + i] = loss[LOSS_MEMORY + i]
+            memory[k + i] = loss[columns.LOSS_MEMORY + i]
     balance.through_contacts += turned
     return turned
 
@@ -251,7 +243,7 @@ def _drive_work(tables, h, k, ledger, memory, work):
     turned = 0.0
     for row in range(work.drive.shape[0]):
         if tables.constraints.motion[row] >= 0:
-            s, force = work.drive[row, MOTION], work.drive[row, DRIVE_FORCE]
+            s, force = work.drive[row, columns.MOTION], work.drive[row, columns.DRIVE_FORCE]
             if h > 0.0:
                 gain = 0.5 * (memory[k + MEMORY_DRIVE_FORCE] + force) * (s - memory[k + MEMORY_MOTION])
                 ledger[DRIVE] += gain
@@ -268,7 +260,7 @@ def _joint_friction_loss(tables, h, k, ledger, memory, work):
     turned, z = 0.0, tables.constraints.joint_friction_z
     for c in range(work.joint_friction.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
-            T1, slip = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
+            T1, slip = work.joint_friction[c, columns.JOINT_FRICTION_FORCE], work.joint_friction[c, columns.JOINT_SLIP]
             loss = -0.25 * h * (memory[k + MEMORY_FRICTION] + T1) * (memory[k + MEMORY_SLIP] + slip)
             taken = memory[k + MEMORY_TAKEN] + loss
             made = min(taken, 0.0) if z[c, END] > z[c, BEGIN] else 0.0

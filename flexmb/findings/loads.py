@@ -17,8 +17,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.program.program import Program
 from flexmb.statics.eigen import damped, moves_most
-from flexmb.statics.equilibrium import correction, static_equilibrium
-from flexmb.statics.found import Equilibrium, Spin
+from flexmb.statics.equilibrium import Equilibrium, Spin, correction, static_equilibrium
 from flexmb.statics.modes import Examination, Modes, State, modes
 from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
 

@@ -21,10 +21,11 @@ from flexmb.errors import FlexmbError
 from flexmb.findings.finding import Finding, found
 from flexmb.model.part import WatchedMotion
 from flexmb.program.program import Program
+from flexmb.statics.eigen import moves_most
+from flexmb.statics.modes import Examination, LinearModes, State, Vibrations, fastest_bound, loop_modes
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
-    from flexmb.statics.modes import Examination, LinearModes, State, Vibrations
 
 
 class Loss(NamedTuple):
@@ -66,11 +67,10 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
     if first_order:  # x1 = x + (1 - gamma) x' + gamma x1', in the unknowns x, h x'
         after = np.array([[1.0, -gamma], [-(1.0 - af) * z, 1.0 - am]])
         before = np.array([[1.0, 1.0 - gamma], [af * z, -am]])
-        values = np.linalg.eigvals(np.linalg.solve(after, before))
-        return complex(values[np.argmin(np.abs(values - np.exp(z)))])
-    k = angle**2  # with a = -k q / h^2, in the unknowns q, h v, h^2 x at both ends of a step
-    after = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - af) * k, 0.0, 1.0 - am]])
-    before = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-af * k, 0.0, -am]])
+    else:
+        k = angle**2  # with a = -k q / h^2, in the unknowns q, h v, h^2 x at both ends of a step
+        after = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - af) * k, 0.0, 1.0 - am]])
+        before = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-af * k, 0.0, -am]])
     values = np.linalg.eigvals(np.linalg.solve(after, before))
     return complex(values[np.argmin(np.abs(values - np.exp(z)))])
 
@@ -136,8 +136,6 @@ class Looked:
 
     def states(self, rows: Iterable[int]) -> list[State]:
         """States of some rows."""
-        from flexmb.statics.modes import State
-
         q, v, a = self.motions.swapaxes(0, 1)
         return [State(float(self.times[k]), q[k], v[k], a[k], self.z[k]) for k in rows]
 
@@ -166,8 +164,6 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
         text = f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."
         yield found("bookkeeping", (), text)
         return
-    from flexmb.statics.modes import Examination
-
     try:
         seen = Examination(program, PART_OF_STEP * looked.span / looked.steps)
         groups = [] if _are_resolved(looked, seen) else seen.groups(looked.states(range(len(looked.times))))
@@ -195,8 +191,6 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
 
 def _are_resolved(looked: Looked, seen: Examination) -> bool:
     """Whether the steps resolve all vibrations, or all vibrations with energy at a few states."""
-    from flexmb.statics.modes import fastest_bound
-
     _, others = np.unique(looked.program.closed_contacts(looked.z), axis=0, return_index=True)
     few = looked.states(np.union1d(np.flatnonzero(looked.first), others))
     if looked.is_small(fastest_bound(looked.program, few)):
@@ -237,8 +231,6 @@ def _loops(looked: Looked) -> Iterator[Mode]:
     program = looked.program
     if not len(looked.largest) or program.n_q > MOST_CONTROLLED:
         return
-    from flexmb.statics.modes import loop_modes
-
     names, (last,) = program.names.coordinates[program.tables.sizes.n_b :], looked.states([-1])
     for s, amplitudes in zip(*loop_modes(program, last), strict=True):
         shares = (amplitudes / np.maximum(looked.largest, 1e-300)) ** 2
@@ -269,8 +261,6 @@ def _unresolved_start(program: Program, group: Vibrations, h: float) -> Iterator
 
 def _moves(program: Program, modes: LinearModes, k: int) -> str:
     """Name of the coordinate that mode k moves most."""
-    from flexmb.statics.eigen import moves_most
-
     shape = modes.shapes[:, k]
     return moves_most(program.names.coordinates[: len(shape)], program.length, shape)
 

@@ -294,19 +294,11 @@ def _solution(file: NetcdfContent) -> Solution:
     names = tuple(record.get("contacts", ()))  # files of earlier versions have none
     rows = np.column_stack([file.array(f"{EPISODES}/{name}") for name, _ in COLUMNS]) if names else None
     return Solution(
-        time=time,
-        values=values,
-        signals=signals,
-        peaks=peaks,
-        status=record["status"],
-        ok=record["ok"],
-        stats=Stats(**record["stats"]),
-        contacts=ContactLog() if rows is None else ContactLog(names, rows),
-        aliases=record["aliases"],
-        shapes=shape.from_json(record["shapes"]),
+        time=time, values=values, signals=signals, peaks=peaks, status=record["status"], ok=record["ok"],
+        stats=Stats(**record["stats"]), contacts=ContactLog() if rows is None else ContactLog(names, rows),
+        aliases=record["aliases"], shapes=shape.from_json(record["shapes"]),
         restart={name: file.array(f"{RESTART}/{name}") for name in file.names(RESTART)},
         notes=tuple(record.get("notes", ())),  # files of before have none
-        model=record["model"],
-        description=record.get("mechanism", {}),
+        model=record["model"], description=record.get("mechanism", {}),
         findings=tuple(Finding(**{**f, "parts": tuple(f["parts"])}) for f in record.get("findings", ())),
-    )
+    )  # fmt: skip

@@ -351,13 +351,9 @@ class Solution:
         return peak
 
     def stress(
-        self,
-        body: str,
-        points: Sequence[tuple[float, float] | int | str] | None = None,
-        *,
-        times: Sequence[float] | None = None,
-        mechanism: Mechanism | None = None,
-    ) -> xr.Dataset:
+        self, body: str, points: Sequence[tuple[float, float] | int | str] | None = None, *,
+        times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
+    ) -> xr.Dataset:  # fmt: skip
         """Stresses [Pa] of a flexible body at the saved instants, over `time` and `place`.
 
         Of beams `axial`, `bending` (in the outer fibre on the left), at both ends of all elements, and of meshes `sx`,
@@ -387,13 +383,9 @@ class Solution:
         return stress(self, body, points, times, mechanism)
 
     def positions(
-        self,
-        body: str,
-        points: Sequence[tuple[float, float] | int | str] | None = None,
-        *,
-        times: Sequence[float] | None = None,
-        mechanism: Mechanism | None = None,
-    ) -> xr.Dataset:
+        self, body: str, points: Sequence[tuple[float, float] | int | str] | None = None, *,
+        times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
+    ) -> xr.Dataset:  # fmt: skip
         """Positions `x`, `y` [m] of points of a flexible body at the saved instants, over `time` and `place`.
 
         Points are nodes of beams and of meshes; those of a reduced body are the nodes of its mesh, or of reduced beams
@@ -415,13 +407,9 @@ class Solution:
         return positions(self, body, points, times, mechanism)
 
     def fatigue(
-        self,
-        body: str,
-        woehler: WoehlerLine | None = None,
-        *,
-        point: tuple[float, float] | int | str | None = None,
+        self, body: str, woehler: WoehlerLine | None = None, *, point: tuple[float, float] | int | str | None = None,
         mechanism: Mechanism | None = None,
-    ) -> Fatigue:
+    ) -> Fatigue:  # fmt: skip
         """Rainflow count of the stress at a point, and its damage by Palmgren and Miner; see `results.Fatigue`.
 
         Parameters
@@ -502,7 +490,7 @@ class Solution:
             self.status,
             display.table((fact.label, fact.text) for fact in facts(self)),
             display.table(rows, ("signal", "largest absolute value", "unit", "at t [s]")),
-            display.folded(counted(len(self.notes), "note"), display.texts(self.notes)) if self.notes else "",
+            display.folded(counted(len(self.notes), "note"), display.texts(self.notes)),
             display.folded(f"{counted(len(self.names), 'signal')} of {listed(parts, 5) or 'no part'}", signals),
         )
 

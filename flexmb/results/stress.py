@@ -170,13 +170,9 @@ def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
 
 
 def at_places(
-    sol: Solution,
-    part: str,
-    instants: np.ndarray,
-    chosen: np.ndarray,
-    coordinates: Mapping[str, tuple[np.ndarray, str]],
-    columns: Mapping[str, tuple[np.ndarray, Mapping[str, str]]],
-) -> xr.Dataset:
+    sol: Solution, part: str, instants: np.ndarray, chosen: np.ndarray,
+    coordinates: Mapping[str, tuple[np.ndarray, str]], columns: Mapping[str, tuple[np.ndarray, Mapping[str, str]]],
+) -> xr.Dataset:  # fmt: skip
     """Values (n, m) with attributes, by name, over instants and chosen places; coordinates (m,) with their units."""
     time = xr.Variable("time", sol.time[instants], {"units": "s", "long_name": "time"})
     own = {name: ("place", values[chosen], {"units": unit}) for name, (values, unit) in coordinates.items()}

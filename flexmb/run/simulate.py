@@ -34,7 +34,8 @@ from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, NOT_SAVING, TERMINATION, Interruption, Run, passed_contacts, uncomputed_signals
 from flexmb.run.saving import SaveGrid, reset_peaks, save_grid, shown_save
 from flexmb.run.stopping import Condition, StopConditions, lost_control
-from flexmb.statics.found import Equilibrium
+from flexmb.statics import equilibrium
+from flexmb.statics.equilibrium import Equilibrium, Spin
 from flexmb.statics.start.consistent import Start, accelerations, rigid_velocities, yielding_joints
 
 Step = FixedStep | Adaptive | float
@@ -47,26 +48,13 @@ DEFAULT = Newmark.generalised_alpha()
 @arguments.checked
 @np.errstate(all="ignore")  # numbers that are not finite end as errors or statuses
 def simulate(
-    mechanism: Mechanism,
-    *,
-    t_end: float | None = None,
-    periods: float | None = None,
-    save_from: float = 0.0,
-    save_from_period: float | None = None,
-    save: int | float | Sequence[float] | np.ndarray | str = 1000,
-    step: Step | None = None,
-    method: Method | None = None,
-    start: Equilibrium | str | None = None,
-    restart: Mapping[str, np.ndarray] | None = None,
-    max_steps: int | None = None,
-    redundant: str = "refuse",
-    signals: Sequence[str] | None = None,
-    progress: bool = False,
-    stop: Condition | Sequence[Condition] | None = None,
-    checkpoint: str | Path | None = None,
-    checkpoint_every: float = EVERY,
-    resume: bool = False,
-) -> Solution:
+    mechanism: Mechanism, *, t_end: float | None = None, periods: float | None = None, save_from: float = 0.0,
+    save_from_period: float | None = None, save: int | float | Sequence[float] | np.ndarray | str = 1000,
+    step: Step | None = None, method: Method | None = None, start: Equilibrium | str | None = None,
+    restart: Mapping[str, np.ndarray] | None = None, max_steps: int | None = None, redundant: str = "refuse",
+    signals: Sequence[str] | None = None, progress: bool = False, stop: Condition | Sequence[Condition] | None = None,
+    checkpoint: str | Path | None = None, checkpoint_every: float = EVERY, resume: bool = False,
+) -> Solution:  # fmt: skip
     """Simulate a mechanism from its reference configuration, or from an equilibrium.
 
     `save` takes a number of instants a period (an integer), an interval in s (a float), the times themselves in s (a
@@ -324,17 +312,15 @@ def start_at_rest(
     """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already."""
     # `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
     # `closed` is the program with ideal joints for contacts.
-    from flexmb.statics.equilibrium import carries, refuse_other_forces, refuse_other_names, static_equilibrium
-    from flexmb.statics.found import Spin
 
     if not isinstance(start, Equilibrium) and not (isinstance(start, str) and start == EQUILIBRIUM):
         text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
         raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")
-    at = start if isinstance(start, Equilibrium) else static_equilibrium(mechanism)
+    at = start if isinstance(start, Equilibrium) else equilibrium.static_equilibrium(mechanism)
     spin = Spin(at.spin, at.about)
     system = StateEvaluation(program)
-    refuse_other_names(label, program, at)
-    refuse_other_forces(label, program, system, at)
+    equilibrium.refuse_other_names(label, program, at)
+    equilibrium.refuse_other_forces(label, program, system, at)
     held = yielding_joints(program, closed)
     v = spin.motion(at.q)[0][: program.n_q] if at.spin else rigid_velocities(closed, at.q, 0.0, held)
     system.at(at.q, v)
@@ -348,7 +334,7 @@ def start_at_rest(
         text += f" {missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}),"
         raise InputError(f"{text} and the place of the hub to static_equilibrium(..., about=).")
     z = np.array(program.reference.z)
-    for k in np.flatnonzero(carries(system)):
+    for k in np.flatnonzero(equilibrium.carries(system)):
         begin, law, end = program.tables.contacts.z[k, [COMMON_Z, NORMAL_Z, FRICTION_Z]]
         z[begin + PHASE], z[law:end] = LASTING_PHASE, program.normals[k].lasting_history()
     if not v.any() and not program.drives:
@@ -415,14 +401,9 @@ class StepState(Mapping[str, float]):
 
 @arguments.checked
 def steps(
-    mechanism: Mechanism,
-    *,
-    t_end: float | None = None,
-    step: Step | None = None,
-    method: Method | None = None,
-    restart: Mapping[str, np.ndarray] | None = None,
-    redundant: str = "refuse",
-) -> Iterator[StepState]:
+    mechanism: Mechanism, *, t_end: float | None = None, step: Step | None = None, method: Method | None = None,
+    restart: Mapping[str, np.ndarray] | None = None, redundant: str = "refuse",
+) -> Iterator[StepState]:  # fmt: skip
     """Take the steps of `simulate` one at a time: first the start, then the state after every accepted step.
 
     Parameters

@@ -42,13 +42,9 @@ class Condition:
 
 @arguments.checked
 def when(
-    signal: str,
-    *,
-    above: float | None = None,
-    below: float | None = None,
-    crosses: float | None = None,
+    signal: str, *, above: float | None = None, below: float | None = None, crosses: float | None = None,
     contact: str | None = None,
-) -> Condition:
+) -> Condition:  # fmt: skip
     """Condition that ends a run: `simulate(..., stop=when("slider.x", above=0.1))`.
 
     Parameters

@@ -18,9 +18,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg as la
-import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackNoConvergence
 
 from flexmb import arguments, checks, display
 from flexmb.elastic.beams import corotational
@@ -32,6 +29,7 @@ from flexmb.engine.system.evaluate import COORDINATES, add_turns
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import FlexmbError, InputError, SolveError
 from flexmb.findings.finding import Finding, found, sentences
+from flexmb.late import scipy, sp
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, refuse_controllers
@@ -40,7 +38,6 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics import equilibrium
 from flexmb.statics.eigen import DENSE_COORDINATES, is_stable, largest_of, largest_of_pencil, moves_most, null_space
-from flexmb.statics.found import Spin
 
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 
@@ -335,8 +332,7 @@ class Buckling:
     def _repr_html_(self) -> str:
         rows = [(k, f"{f:.6g}", moves) for k, (f, moves) in enumerate(zip(self.factors, self.moves, strict=True))]
         table = display.table(rows, ("shape", "load factor", "moves most"))
-        remarks = self._remarks()
-        return display.page("Buckling", "", table, display.texts(remarks) if remarks else "")
+        return display.page("Buckling", "", table, display.texts(self._remarks()))
 
     def __str__(self) -> str:
         """A table: number, factor, where it moves most; the notes; contacts that are left out."""
@@ -345,7 +341,7 @@ class Buckling:
         return "\n".join([*rows, *self._remarks()])
 
     def _remarks(self) -> tuple[str, ...]:
-        return (*self.notes, *([equilibrium.left_out_text(self.left_out, REMEDY)] if self.left_out else []))
+        return (*self.notes, *equilibrium.left_out_texts(self.left_out, REMEDY))
 
 
 @arguments.checked
@@ -423,7 +419,7 @@ def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> t
 def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (n_q,), multipliers (n_c,) without loads: as drawn, where it must rest, or as contacts carry."""
     if len(program.names.contacts):
-        q, lam, _ = equilibrium.at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
+        q, lam, _ = equilibrium.at_rest(bare, program, system, 1, equilibrium.Spin(0.0, (0.0, 0.0)))
         if equilibrium.carries(system.at(q, lam=lam)).any():
             return q, lam
     q = np.array(program.reference.q)
@@ -460,8 +456,8 @@ def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[n
             f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
         )
     try:
-        inverse, y = la.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)
-    except la.LinAlgError as error:
+        inverse, y = scipy.linalg.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)
+    except scipy.linalg.LinAlgError as error:
         raise SolveError(_unstable(program)) from error
     places = _order(inverse, count)
     return 1.0 / inverse[places], Z @ y[:, places]
@@ -497,7 +493,7 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
         off = [np.abs(inverses(v) - w * v).max() / np.abs(w * v).max() for w, v in zip(inverse, x.T, strict=True)]
         if not (symmetric and max(off) <= MISSED and (x * (K @ x)).sum(axis=0).min() > 0.0):
             inverse, x = largest_of(inverses, n, wanted)
-    except (ArpackNoConvergence, RuntimeError) as error:
+    except (sp.linalg.ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
     if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():
         raise SolveError(_unstable(program))

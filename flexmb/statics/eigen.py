@@ -1,16 +1,16 @@
 """Eigenvalue problems on the null space of the constraints, motions without resistance, and stability."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy.linalg as la
-import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh, splu
 
 from flexmb.display import quoted
 from flexmb.engine.linalg.large import Solve, is_regular, negative_eigenvalues, null_vectors, solver
 from flexmb.errors import SolveError
+from flexmb.late import scipy, sp
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion
 
@@ -24,16 +24,16 @@ STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative t
 SMALL_SHARE = 1e-8  # component of a motion relative to its largest, below which it is not named
 
 
-def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
+def null_space(G: np.ndarray) -> np.ndarray:
     """Orthonormal basis (n, k) of the motions x with G x = 0, by a pivoted QR of G^T with rows of length 1."""
     n = G.shape[1]
     lengths = np.linalg.norm(G, axis=1)
     G = G[lengths > 0.0] / lengths[lengths > 0.0, None]
     if not len(G):
         return np.eye(n)
-    Q, R, _ = la.qr(G.T, pivoting=True)
+    Q, R, _ = scipy.linalg.qr(G.T, pivoting=True)
     diagonal = np.abs(np.diag(R))
-    return np.asarray(Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :])
+    return np.asarray(Q[:, int((diagonal > DEPENDENT_ROW * diagonal[0]).sum()) :])
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
@@ -67,7 +67,7 @@ def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.c
     if not np.isfinite(force).all():
         raise SolveError(_too_stiff(program))
     if len(force):
-        values, vectors = la.svd(la.qr(force, mode="r")[0][: force.shape[1]])[1:]
+        values, vectors = scipy.linalg.svd(scipy.linalg.qr(force, mode="r")[0][: force.shape[1]])[1:]
         values = np.append(values, np.zeros(Z.shape[1] - len(values)))
         Z = Z @ vectors[values <= FREE_FORCE * np.sqrt(len(force))].T
     return Z
@@ -215,8 +215,8 @@ def all_modes(k: np.ndarray, m: np.ndarray, slow: float = SLOWEST) -> Eigenpairs
         return np.zeros(0), np.zeros((0, 0))
     k, m = _symmetric(k), _symmetric(m)
     try:
-        squares, y = la.eigh(k, m)
-    except la.LinAlgError as error:
+        squares, y = scipy.linalg.eigh(k, m)
+    except scipy.linalg.LinAlgError as error:
         raise SolveError(NO_MASS) from error
     return _refined(k, m, squares, y) if squares[0] < slow * squares[-1] else (squares, y)
 
@@ -229,15 +229,15 @@ def _refined(k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray) -
     largest = squares[-1]
     slow = int((squares < SLOW * largest).sum())
     try:
-        factor = la.cho_factor(k)
+        factor = scipy.linalg.cho_factor(k)
         x = y[:, :slow]
         for _ in range(3):
             mx = m @ x
-            x = la.cho_solve(factor, mx)
-            inverse, turn = la.eigh(_symmetric(x.T @ m @ x), _symmetric(x.T @ mx))
+            x = scipy.linalg.cho_solve(factor, mx)
+            inverse, turn = scipy.linalg.eigh(_symmetric(x.T @ m @ x), _symmetric(x.T @ mx))
             x = (x @ turn)[:, ::-1]
             x /= np.sqrt(np.einsum("ij,ij->j", x, m @ x))
-    except la.LinAlgError:
+    except scipy.linalg.LinAlgError:
         return squares, y
     if slow:
         better = np.flatnonzero(inverse[::-1] ** -2.0 < largest / inverse[-1])
@@ -270,7 +270,7 @@ def _sparse(
                     lowest *= 4.0
                 return _with_copies(A, B, M, order, lowest, wanted, below)
             return squares, x
-        except (ArpackNoConvergence, RuntimeError) as error:
+        except (sp.linalg.ArpackNoConvergence, RuntimeError) as error:
             failure = error
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
 
@@ -291,8 +291,8 @@ def _with_copies(A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted
             return x
 
         start = rest(B @ np.cos(np.arange(size) ** 2.0 + len(squares)))
-        operator = LinearOperator((size, size), rest, dtype=float)
-        more, x = eigsh(A, k=count, M=B, sigma=shift, which="LM", v0=start, OPinv=operator)
+        operator = sp.linalg.LinearOperator((size, size), rest, dtype=float)
+        more, x = sp.linalg.eigsh(A, k=count, M=B, sigma=shift, which="LM", v0=start, OPinv=operator)
         last = np.sort(squares)[wanted - 1] if len(squares) else np.inf
         squares, X = np.append(squares, more), np.hstack([X, x[:n]])
         if more.min() >= last:
@@ -334,13 +334,13 @@ def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> Eigenp
     k, c, m = (Z.T @ (X @ Z) for X in (K, C, M))
     k[:free], k[:, :free] = 0.0, 0.0
     try:
-        factor = la.cho_factor((m + m.T) / 2.0)
-    except la.LinAlgError as error:
+        factor = scipy.linalg.cho_factor((m + m.T) / 2.0)
+    except scipy.linalg.LinAlgError as error:
         raise SolveError(NO_MASS) from error
-    k, c = la.cho_solve(factor, k), la.cho_solve(factor, c)
-    unit = np.sqrt(la.norm(k, 2)) or 1.0
+    k, c = scipy.linalg.cho_solve(factor, k), scipy.linalg.cho_solve(factor, c)
+    unit = np.sqrt(scipy.linalg.norm(k, 2)) or 1.0
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-k / unit**2, -c / unit]])
-    values, vectors = la.eig(A)
+    values, vectors = scipy.linalg.eig(A)
     return values * unit, Z @ vectors[:n]
 
 
@@ -349,7 +349,7 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> E
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     try:
-        lu = splu(sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc())
+        lu = sp.linalg.splu(sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc())
     except RuntimeError as error:
         text = "the stiffness is singular: hold the motions that only dampers resist, or model fewer elements"
         raise SolveError(f"modes: {text} ({error}).") from error
@@ -361,7 +361,7 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> E
 
     try:
         values, x = largest_of(inverse, 2 * n, 2 * count + 2)
-    except (ArpackNoConvergence, RuntimeError) as error:
+    except (sp.linalg.ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"modes: the eigensolver did not converge ({error}). Ask for fewer modes.") from error
     return 1.0 / values, x[:n]
 
@@ -402,11 +402,11 @@ def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: s
         return np.asarray(x - X @ (X.T @ (M @ x)))
 
     start = rest(M @ np.cos(np.arange(n) ** 2.0 + X.shape[1]))
-    options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": which, "v0": start}
+    options = {"M": M, "Minv": sp.linalg.LinearOperator((n, n), rest, dtype=float), "which": which, "v0": start}
     restarts = {"maxiter": MOST_RESTARTS} if which != "LM" else {}
     try:
-        values, x = eigsh(A, k=min(count, n // 4), **options, **restarts)
-    except ArpackNoConvergence as error:
+        values, x = sp.linalg.eigsh(A, k=min(count, n // 4), **options, **restarts)
+    except sp.linalg.ArpackNoConvergence as error:
         if which == "LM":
             raise
         values, x = error.eigenvalues, error.eigenvectors
@@ -426,17 +426,18 @@ def largest_of(operator: Solve, size: int, count: int) -> Eigenpairs:
 
         start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
         try:
-            more, x = eigs(LinearOperator((size, size), rest, dtype=float), k=count, which="LM", v0=start)
-        except ArpackNoConvergence as error:
+            operation = sp.linalg.LinearOperator((size, size), rest, dtype=float)
+            more, x = sp.linalg.eigs(operation, k=count, which="LM", v0=start)
+        except sp.linalg.ArpackNoConvergence as error:
             more, x = error.eigenvalues, error.eigenvectors
             if len(more) < count:  # else all that were asked for are there
                 raise
         least = np.sort(found)[-count] if len(found) else 0.0
         found = np.append(found, np.abs(more))
-        Q = la.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]
+        Q = scipy.linalg.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]
         if np.abs(more).max() <= least * (1.0 + 1e-9):
             break
-    values, y = la.eig(Q.T @ np.column_stack([operator(q) for q in Q.T]))
+    values, y = scipy.linalg.eig(Q.T @ np.column_stack([operator(q) for q in Q.T]))
     order = np.argsort(-np.abs(values), kind="stable")[:count]
     return values[order], Q @ y[:, order]
 
@@ -446,7 +447,7 @@ def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
     parts = np.hstack([x.real, x.imag])
     for _ in range(2):  # twice: round-off of the first time
         parts = parts - Q @ (Q.T @ parts)
-    U, sizes, _ = la.svd(parts, full_matrices=False)
+    U, sizes, _ = scipy.linalg.svd(parts, full_matrices=False)
     return np.asarray(U[:, sizes > 1e-8 * sizes[0]])
 
 

@@ -51,8 +51,7 @@ class DrivenMotion:
         head, _, sizes = repr(self).partition("\n")[0].partition(": ")
         heads = ("largest of", "fx [N]", "fy [N]", "moment or drive force [N m, N]")
         folded = display.folded("coordinates", display.texts(self.names))
-        notes = display.texts(self.notes) if self.notes else ""
-        return display.page(head, sizes, display.table(peaks, heads), notes, folded)
+        return display.page(head, sizes, display.table(peaks, heads), display.texts(self.notes), folded)
 
     def position(self, name: str) -> np.ndarray:
         """(n,) a coordinate [m, rad], such as "slider.x"."""

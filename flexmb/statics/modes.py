@@ -15,20 +15,18 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg as la
-import scipy.sparse as sp
 
 from flexmb import arguments, checks, display
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record
+from flexmb.late import scipy, sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
-from flexmb.statics import eigen
-from flexmb.statics.equilibrium import left_out_text, open_contacts, refuse_other_forces, refuse_other_names, unpaired
-from flexmb.statics.found import Equilibrium, Spin, check_spin
+from flexmb.statics import eigen, equilibrium
+from flexmb.statics.equilibrium import Equilibrium, Spin
 from flexmb.statics.start.assemble import close_loops
 
 NEAR = 0.05  # change of pose [rad, or relative to the size of the mechanism] up to which modes are not computed anew
@@ -161,7 +159,8 @@ def _released(system: StateEvaluation, state: State) -> Released:
         raise SolveError("a mass or a joint is not finite")
     M, G = A[:n, :n], A[program.n_q :, :n]
     lengths = np.linalg.norm(G, axis=1)
-    Q, R, order = la.qr((G / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T, pivoting=True, check_finite=False)
+    rows = G / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    Q, R, order = scipy.linalg.qr(rows.T, pivoting=True, check_finite=False)
     pivots = np.abs(R.diagonal())
     rank = int((pivots > eigen.DEPENDENT_ROW * pivots.max(initial=0.0)).sum())
     Z = Q[:, rank:]
@@ -170,7 +169,7 @@ def _released(system: StateEvaluation, state: State) -> Released:
     else:
         load = M @ (Z @ np.linalg.solve(Z.T @ M @ Z, Z.T @ r[:n])) - r[:n]
         lam = np.empty(rank)
-        lam[order] = la.solve_triangular(R[:rank], Q[:, :rank].T @ load, check_finite=False)
+        lam[order] = scipy.linalg.solve_triangular(R[:rank], Q[:, :rank].T @ load, check_finite=False)
         lam /= lengths
     return Released(lam, r[:n] + G.T @ lam, M, G, Z)
 
@@ -221,8 +220,8 @@ def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
     K, C, M = (system.at(state.q, v, t=state.t, z=state.z, weights=w).dense[:n, :n] for w in np.eye(3))
     Z = eigen.null_space(system.dense[n:, :n])
     k, c, m = (Z.T @ A @ Z for A in (K, C, M))
-    A = np.block([[np.zeros_like(k), np.eye(len(k))], [-la.solve(m, k), -la.solve(m, c)]])
-    s, left, right = la.eig(A, left=True, right=True)
+    A = np.block([[np.zeros_like(k), np.eye(len(k))], [-scipy.linalg.solve(m, k), -scipy.linalg.solve(m, c)]])
+    s, left, right = scipy.linalg.eig(A, left=True, right=True)
     s, left, right = (x[..., s.imag > 0.0] for x in (s, left, right))
     rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
     eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
@@ -280,20 +279,18 @@ class Modes:
         columns = zip(self.frequencies, self.damping, self.kinds, self.moves, strict=True)
         rows = [(k, f"{f:.6g}", f"{d:.4g}", kind, moves) for k, (f, d, kind, moves) in enumerate(columns)]
         table = display.table(rows, ("mode", "frequency [Hz]", "damping", "kind", "moves most"))
-        left_out = [left_out_text(self.left_out, REMEDY)] if self.left_out else []
-        return display.page(repr(self), "", table, display.texts(left_out) if left_out else "")
+        return display.page(repr(self), "", table, display.texts(equilibrium.left_out_texts(self.left_out, REMEDY)))
 
     def __str__(self) -> str:
         """A table: number, frequency, damping ratio, kind, where it moves most; contacts that are left out."""
         if not self.kinds:
             return "no modes: nothing can move"
-        left_out = [left_out_text(self.left_out, REMEDY)] if self.left_out else []
         width = max(4, *(len(kind) for kind in self.kinds))
         rows = [f"mode  frequency [Hz]  damping    {'kind':{width}}  moves most"]
         for k, kind in enumerate(self.kinds):
             ratio = f"{self.damping[k]:.4g}"
             rows.append(f"{k:4d}  {self.frequencies[k]:14.6g}  {ratio:9}  {kind:{width}}  {self.moves[k]}")
-        return "\n".join([*rows, *left_out])
+        return "\n".join([*rows, *equilibrium.left_out_texts(self.left_out, REMEDY)])
 
 
 @arguments.checked
@@ -326,7 +323,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     -----
     Rigid motions are found first, body by body, from G and K alone, and the rest is computed orthogonal to them: no
     frequency is compared with another to tell a rigid motion from a slow one.  In a turning frame nothing is called
-    rigid, since every motion has stiffness there.  See `flexmb.statics.found` for its matrices.
+    rigid, since every motion has stiffness there.  See `flexmb.statics.equilibrium` for its matrices.
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 11; rotation: L. Meirovitch, Computational Methods in Structural Dynamics, Sijthoff and
     Noordhoff 1980, chapter 3.
@@ -343,10 +340,11 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     system = StateEvaluation(program)
     q, lam = (close_loops(program, {})[0], np.zeros(program.n_c)) if at is None else (at.q, at.lam)
     K, C, M = spin.matrices(system, q, lam)
-    G, left_out = system.jacobian, open_contacts(system) if at is not None else unpaired(mechanism)
-    check_spin("modes", mechanism, program, system, spin)
+    G = system.jacobian
+    left_out = equilibrium.open_contacts(system) if at is not None else equilibrium.unpaired(mechanism)
+    equilibrium.check_spin("modes", mechanism, program, system, spin)
     if at is not None:
-        refuse_other_forces("modes", program, system, at)
+        equilibrium.refuse_other_forces("modes", program, system, at)
     motions = np.zeros((0, 0)) if spin.speed else eigen.free_motions(program, q, K, G)
     rigid = eigen.shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
@@ -407,7 +405,7 @@ def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
     ideal = any(c.holds == "closed" for c in mechanism.contributions().constraints)
     if ideal and (len(at.q), len(at.lam)) != (program.n_q, program.n_c):
         program = compile_mechanism(mechanism, closed=True, controlled=True, touching=True)
-    refuse_other_names("modes", program, at)
+    equilibrium.refuse_other_names("modes", program, at)
     return program
 
 

@@ -229,11 +229,9 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     return ZeroOne(value, spread, kind, True, f"K = {value:.3f} of {record}: {kind}.", step, angles, correlations)
 
 
-def kind_of(value: float) -> str:
-    """Kind of a signal by its median K: 'regular', 'chaotic' or 'undecided'."""
-    if value < REGULAR:
-        return "regular"
-    return "chaotic" if value > CHAOTIC else "undecided"
+def kind_of(value: float, regular: float = REGULAR, chaotic: float = CHAOTIC) -> str:
+    """Kind of a motion by a measure, such as the median K, and its limits: 'regular', 'chaotic' or 'undecided'."""
+    return "regular" if value < regular else "chaotic" if value > chaotic else "undecided"
 
 
 def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) -> np.ndarray:

@@ -72,9 +72,7 @@ class Family:
         if flow.unit != "s":
             return 1.0
         declared = self._declared(value)
-        if declared is not None:
-            return declared
-        return flow.required_period(self.label)
+        return declared if declared is not None else flow.required_period(self.label)
 
     def _declared(self, value: float) -> float | None:
         period = self.period(value) if callable(self.period) else self.period

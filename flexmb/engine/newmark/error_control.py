@@ -64,9 +64,7 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
                 error = h * abs(rise / 12.0 if h0 == 0.0 else of_bend * (rise / h - before / h0))
                 scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
                 worst = max(worst, error / (trial.control.rtol * scale))
-    if not math.isfinite(worst):
-        return math.inf
-    return worst
+    return worst if math.isfinite(worst) else math.inf
 
 
 @compiled

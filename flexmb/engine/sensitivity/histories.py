@@ -12,19 +12,10 @@ docs/theory/design.md.
 
 from flexmb import places
 from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.system import work as columns
 from flexmb.engine.system.constraints import call_joint_friction, call_joint_load
 from flexmb.engine.system.contacts import add_tangents, call_friction, call_gap, call_normal, jacobians
 from flexmb.engine.system.elements import call_element, call_force, gather_state
-from flexmb.engine.system.work import (
-    JOINT_FRICTION_FORCE,
-    JOINT_SLIP,
-    JOINT_T_BY_SLIP,
-    N_BY_GAP,
-    N_BY_RATE,
-    T_BY_N,
-    T_BY_SLIP,
-    gather,
-)
 from flexmb.kernels import compiled, copy, friction_at
 from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.program import program as at
@@ -134,9 +125,9 @@ def add_contact_history(tables, address, c, h, z, T, work):
     for j in range(T.z.shape[0]):
         N, friction = T.N[j, c], T.T[j, c]
         if 3 * j < by.shape[0]:  # parameters
-            N += slopes[N_BY_GAP] * by[3 * j + OF_GAP, c] + slopes[N_BY_RATE] * by[3 * j + OF_RATE, c]
-            friction += slopes[T_BY_SLIP] * by[3 * j + OF_SLIP, c]
-        friction += slopes[T_BY_N] * N
+            N += slopes[columns.N_BY_GAP] * by[3 * j + OF_GAP, c] + slopes[columns.N_BY_RATE] * by[3 * j + OF_RATE, c]
+            friction += slopes[columns.T_BY_SLIP] * by[3 * j + OF_SLIP, c]
+        friction += slopes[columns.T_BY_N] * N
         for i in range(6):
             T.F[j, K.dofs[6 * c + i]] += S[places.NORMAL, i] * N + S[places.TANGENTIAL, i] * friction
 
@@ -146,7 +137,7 @@ def add_joint_friction_history(tables, address, c, h, z, T, work):
     """Add the effect of the histories of friction in joint c to T.F and T.z1."""
     C = tables.constraints
     begin, end = C.joint_friction_z[c, at.BEGIN], C.joint_friction_z[c, at.END]
-    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[places.LOAD]
+    slip, N = work.joint_friction[c, columns.JOINT_SLIP], work.joint_friction_out[places.LOAD]
     for i in range(begin, end):
         if not T.z[:, i].any():
             continue
@@ -218,7 +209,7 @@ def contact_differences(K, c, out, v, T, work):
             rate += S[places.NORMAL, i] * dv + by[places.NORMAL, i] * dq
             slip += S[places.TANGENTIAL, i] * dv + by[places.TANGENTIAL, i] * dq
         T.own[j, OF_GAP], T.own[j, OF_RATE], T.own[j, OF_SLIP] = gap, rate, slip
-        T.own[j, OF_NORMAL] = slopes[N_BY_GAP] * gap + slopes[N_BY_RATE] * rate + T.N[j, c]
+        T.own[j, OF_NORMAL] = slopes[columns.N_BY_GAP] * gap + slopes[columns.N_BY_RATE] * rate + T.N[j, c]
 
 
 @compiled
@@ -272,7 +263,7 @@ def find_joint_load(tables, address, c, q, lam, work):
     """Call the load kernel of friction in joint c."""
     C = tables.constraints
     n = C.dof[c + 1] - C.dof[c]
-    gather(q, C.dofs, C.dof[c], n, work.ql)
+    columns.gather(q, C.dofs, C.dof[c], n, work.ql)
     call_joint_load(tables, address, c, n, lam, work)
 
 
@@ -301,7 +292,7 @@ def advance_joint_friction_history(tables, address, c, h, q, v, lam, z, T, work)
     joint_differences(tables, c, v, T, work)
     friction = friction_at(address.friction, C.joint_friction[c, at.SLIDING_LAW])
     p = part_of(tables.p, C.joint_friction_p[c, at.SLIDING_P], C.joint_friction_p[c, at.SLIDING_P_END])
-    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[places.LOAD]
+    slip, N = work.joint_friction[c, columns.JOINT_SLIP], work.joint_friction_out[places.LOAD]
     begin, end = C.joint_friction_z[c, at.BEGIN], C.joint_friction_z[c, at.END]
     _advance_friction(friction, p, h, slip, N, z, begin, end, T, work)
 
@@ -315,10 +306,8 @@ def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
     fast = 0.0
     for i in range(n):
         fast = max(fast, abs(work.vl[i]))
-    reach, rate = (
-        max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE),
-        max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
-    )
+    reach = max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE)
+    rate = max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE)
     for j in range(T.q.shape[0]):
         far, quick, strong = 0.0, 0.0, 0.0
         for dof in part_of(E.dofs, E.dof[e], E.dof[e + 1]):
@@ -367,16 +356,16 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
         slip = _slip_before(tables, address, c, T, work)
         before, slope, _ = call_friction(tables, address, c, h, slip, out[places.NORMAL_FORCE], T.start.z, work.z_new)
         force, after, turn = out[places.FRICTION_FORCE], out[places.SLIP], T.turn[c]
-        if not _turns(slip, before, slope, after, force, slopes[T_BY_SLIP], share, turn):
+        if not _turns(slip, before, slope, after, force, slopes[columns.T_BY_SLIP], share, turn):
             continue
-        slopes[T_BY_SLIP] += turn[ENDING]
-        gather(v, K.dofs, 6 * c, 6, work.vl)
+        slopes[columns.T_BY_SLIP] += turn[ENDING]
+        columns.gather(v, K.dofs, 6 * c, 6, work.vl)
         jacobians(out, work.contact_scratch)
         positions = part_of(K.positions, 36 * c, 36 * c + 36)
         add_tangents(out, positions, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, turn[ENDING], 0.0, work)
     for c in range(C.kernel.shape[0]):
         k = K.kernel.shape[0] + c
-        force, after = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
+        force, after = work.joint_friction[c, columns.JOINT_FRICTION_FORCE], work.joint_friction[c, columns.JOINT_SLIP]
         if C.joint_friction[c, at.LOAD_KERNEL] < 0 or C.joint_friction_z[c, at.END] > C.joint_friction_z[c, at.BEGIN]:
             continue
         # Slip at the start of the step, for which the load kernel is called.
@@ -386,15 +375,15 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
             slip += out[places.SLIDING + i] * T.start.v[C.dofs[C.dof[c] + i]]
         find_joint_load(tables, address, c, q, lam, work)
         before, slope, _ = call_joint_friction(tables, address, c, h, slip, out[places.LOAD], T.start.z, work.z_new)
-        if _turns(slip, before, slope, after, force, work.slopes[k, JOINT_T_BY_SLIP], share, T.turn[k]):
+        if _turns(slip, before, slope, after, force, work.slopes[k, columns.JOINT_T_BY_SLIP], share, T.turn[k]):
             _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
 
 
 @compiled
 def _slip_before(tables, address, c, T, work):
     """Slip of contact c at the start of the step; its gap data are in work.gap."""
-    gather(T.start.q, tables.contacts.dofs, 6 * c, 6, work.ql)
-    gather(T.start.v, tables.contacts.dofs, 6 * c, 6, work.vl)
+    columns.gather(T.start.q, tables.contacts.dofs, 6 * c, 6, work.ql)
+    columns.gather(T.start.v, tables.contacts.dofs, 6 * c, 6, work.vl)
     call_gap(tables, address, c, work.ql, work.vl, work.gap)
     return work.gap[places.SLIP]
 
@@ -443,7 +432,7 @@ def add_turns(tables, address, T, work):
         else:
             find_joint_load(tables, address, k - n_k, T.start.q, T.start.lam, work)
             joint_differences(tables, k - n_k, T.start.v, T, work)
-            work.slopes[k, JOINT_T_BY_SLIP] += T.turn[k, ENDING]
+            work.slopes[k, columns.JOINT_T_BY_SLIP] += T.turn[k, ENDING]
         for j in range(T.q.shape[0]):
             T.turned[j, k] = T.turn[k, STARTING] * T.own[j, OF_SLIP]
     for j in range(T.q.shape[0]):

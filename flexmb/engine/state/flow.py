@@ -194,11 +194,9 @@ class Trial(Record):
 
 
 def new_trial(
-    program: Program,
-    redundant: int = 0,
-    control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0),
+    program: Program, redundant: int = 0, control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0),
     left_out: tuple[int, ...] = (),
-) -> Trial:
+) -> Trial:  # fmt: skip
     """A trial state of zeros; `redundant`: number of redundant constraint equations, `control`: see `StepControl`."""
     # `left_out` : numbers of constraint equations that every factorisation holds.
     given, key = StepControl(*control), ("trial", redundant, len(left_out))

@@ -219,12 +219,8 @@ def predicted_onset(tables, c, flow):
     """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close."""
     # Equation (6.3) of docs/theory/events.md.
     k = tables.contacts.z[c, at.COMMON_Z]
-    gap, rate, gap_acceleration = (
-        flow.z[k + at.LAST_GAP],
-        flow.z[k + at.LAST_GAP_RATE],
-        flow.impacts[c, GAP_ACCELERATION],
-    )
-    square = rate * rate - 2.0 * gap_acceleration * gap
+    gap, rate = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+    square = rate * rate - 2.0 * flow.impacts[c, GAP_ACCELERATION] * gap
     if square <= 0.0:
         return math.inf, 0.0
     speed = math.sqrt(square)
