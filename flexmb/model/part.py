@@ -23,6 +23,7 @@ from flexmb.model.contributions import (
     ControlContribution,
     Coordinate,
     ElementContribution,
+    Ends,
     Node,
     SignalContribution,
 )
@@ -371,7 +372,7 @@ class Joint(Part):
         super().__post_init__()
         refuse_one_body(self)
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+    def ends(self, mechanism: Mechanism) -> Ends:
         """Attachments of the joint on the first and the second body of `mechanism`."""
         first = mechanism.body(self.first.name, self.label)
         second = mechanism.body(self.second.name, self.label)
@@ -379,7 +380,7 @@ class Joint(Part):
         if at is None:
             node = second.node(second.main)
             at = (node.x, node.y)
-        return first.attach(self.label, at), second.attach(self.label, at)
+        return Ends(first.attach(self.label, at), second.attach(self.label, at))
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:  # noqa: ARG002 - not every joint
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
@@ -408,10 +409,10 @@ class PointToPoint(Part):
     at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
     to: tuple[float, float] = field("the same of the second body", "m", point)
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+    def ends(self, mechanism: Mechanism) -> Ends:
         """Both points on the bodies of `mechanism`."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+        return Ends(first, mechanism.body(self.second.name, self.label).attach(self.label, self.to))
 
 
 def refuse_one_body(part: Any, how: str = "joins {} to") -> None:

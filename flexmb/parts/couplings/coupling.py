@@ -200,9 +200,9 @@ class Coupling(Part):
         acting: tuple[Coordinate, ...]
         for joint, factor in joints:
             ends = joint.ends(mechanism)
-            coordinates = (*ends[0].coordinates, *ends[1].coordinates)
+            coordinates = ends.coordinates
             if isinstance(joint, Prismatic):
-                turns, acting, own = False, coordinates, joint.geometry(mechanism)[1]
+                turns, acting, own = False, coordinates, joint.line(mechanism)
             else:
                 turns, acting = True, coordinates[2::3]
                 own = (drawn_angle(mechanism, ends), *(5 * (0.0,)))

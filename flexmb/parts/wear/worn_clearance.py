@@ -351,13 +351,13 @@ class WornClearance(WornJoint, RevoluteClearance):
         return (*own, *np.concatenate(self.surface).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = ends = self.ends(mechanism)
-        coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
+        ends = self.ends(mechanism)
+        coordinates, p = ends.coordinates, self.numbers(ends.first.offset, ends.second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactContribution(self.name, worn_gap_kernel, coordinates, p, normal, self.friction),
             angle_contribution(self.name, mechanism, ends),
-            self._held(mechanism, coordinates, p[OFFSET1_X:ON_JOURNAL]),
+            self._held(mechanism, ends),
             *signal_contributions(self.name, worn_signal, SIGNALS, coordinates, p[:CHOSEN], behind=p[TABLES:]),
         ]
 
