@@ -248,19 +248,22 @@ class Body(Part):
         return False
 
     def total_mass(self) -> float:
-        """Mass of the body [kg]; 1 kg for a body without an own answer."""
-        return 1.0
+        """Mass of the body [kg]: its field `mass`; 1 kg for a body without an own answer."""
+        mass: float = getattr(self, "mass", 1.0)
+        return mass
 
     def start_velocity(self) -> Triple | tuple[Triple, ...] | None:
         """Velocity (vx, vy, omega) at the start: of the main node of a rigid motion, of every node, or None: as driven.
 
-        Fields are absolute and in world axes.
+        Fields are absolute and in world axes; the value of a field `velocity` without an own answer.
         """
-        return None
+        velocity: Triple | tuple[Triple, ...] | None = getattr(self, "velocity", None)
+        return velocity
 
     def start_displacement(self) -> tuple[Triple, ...] | None:
         """Displacement (x, y, theta) of every node at the start from the reference configuration, or None."""
-        return None
+        displacement: tuple[Triple, ...] | None = getattr(self, "displacement", None)
+        return displacement
 
     def node(self, name: str) -> Node:
         """The node of that name or alias, or `InputError`."""

@@ -280,32 +280,26 @@ class Reduced(MeshBody):
         return accuracy(self.basis, self.element, count, held, forces)
 
     def nodes(self) -> tuple[Node, ...]:
-        """Pins, then nodes of vibrations."""
         return self.model.placed(self.basis.nodes)
 
     @property
     def main(self) -> str:
-        """The first pin."""
         return self._pins[0].name
 
     @property
     def aliases(self) -> dict[str, str]:
-        """Other names of pins, as the body gives them."""
         names = {pin.name for pin in self._pins}
         return {alias: node for alias, node in self.body.aliases.items() if node in names}
 
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
-        """The pin at `point`; `owner` names who asks, for messages."""
         remedy = "or make it a pin of the body, which a reduced one keeps"
         node = nearest_node(self.label, owner, self._pins, point, self._extent or 1.0, remedy)
         return Attachment(self.name, node.name, (0.0, 0.0))
 
     def references(self) -> tuple[str, ...]:
-        """No other part: the body is this one."""
         return ()
 
     def total_mass(self) -> float:
-        """Mass [kg]."""
         return self.element.mass
 
     def start_velocity(self) -> tuple[float, float, float] | None:
@@ -326,7 +320,6 @@ class Reduced(MeshBody):
         return vx - omega * (first.y - main.y), vy + omega * (first.x - main.x), omega
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the body alone
-        """The body as a mesh: that of a plane body, strips for beams."""
         model, moved = self.model, self.moved_by
         if model.drawn is None or model.drawn_by is None:
             return ()
@@ -352,27 +345,22 @@ class Reduced(MeshBody):
 
     @property
     def seeks_stress(self) -> bool:
-        """Whether every accepted step looks for the largest stress."""
         return self.body.seeks_stress if self.stress is None else self.stress
 
     @property
     def whole_body(self) -> Reducible:
-        """The body with all its nodes."""
         return self.body
 
     @property
     def all_materials(self) -> tuple[Material, ...]:
-        """Materials of the body with all its nodes."""
         return self.body.all_materials
 
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the points of the mesh that shows the body, in the reference configuration [m]."""
         model, (c, s) = self.model, (np.cos(self.model.direction), np.sin(self.model.direction))
         own = np.zeros((0, 2)) if model.drawn is None else np.array(model.drawn.points)
         return np.asarray(model.origin + own @ np.array([[c, s], [-s, c]]))
 
     def left_out(self, load: NodalLoad) -> float:
-        """Share of the strain energy of a `load` on the mesh that the kept shapes cannot show, with all pins held."""
         whole, left = left_out(self, self.model.shape.T @ load.forces.ravel())
         return left / whole if whole > 0.0 else 0.0
 
@@ -383,15 +371,12 @@ class Reduced(MeshBody):
 
     @property
     def plane(self) -> PlaneBody | None:
-        """The body with all nodes of its mesh; None for one of beams."""
         return self.body.plane if isinstance(self.body, MeshBody) else None
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a load `name` on the mesh, times the value of `history`."""
         return load_contributions(self, name, load, history)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on all nodes, and the largest stress."""
         coordinates = self.coordinates
         p = self.element.parameters(mechanism.gravity)
         element = REDUCED.contribution(self.name, coordinates, p)

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import ClassVar, cast
+from typing import ClassVar
 
 import numpy as np
 
@@ -176,12 +176,6 @@ class FlexibleBody(ElasticBody):
         size = max([planar.distance(points[0], corner) for corner in points[1:]])
         node = flexible.nearest_node(self.label, owner, self.nodes(), point, size)
         return Attachment(self.name, node.name, (0.0, 0.0))
-
-    def start_velocity(self) -> flexible.Triple | flexible.Field | None:
-        return cast("flexible.Triple | flexible.Field | None", self.velocity)
-
-    def start_displacement(self) -> flexible.Field | None:
-        return cast("flexible.Field | None", self.displacement)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         nodes = {n.name: n for n in self.nodes()}
