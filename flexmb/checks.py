@@ -10,10 +10,11 @@ from numbers import Real
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
+T = TypeVar("T")
 # Errors of the object that is under construction; None: an error is raised at once.
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
@@ -190,6 +191,13 @@ def flag(owner: str, name: str, value: object) -> bool:
     if not isinstance(value, bool):
         refuse(f"{owner}: {name} is {value!r}; it must be True or False.")
     return bool(value)
+
+
+def instance(owner: str, name: str, value: Any, kind: type[T] | tuple[type[T], ...], wanted: str) -> T:
+    """`value` if it is an object of a class, or `InputError`; `wanted` ends the message: "a motion, e.g. Ramp(1.0)"."""
+    if not isinstance(value, kind):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be {wanted}.")
+    return value
 
 
 def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:

@@ -107,13 +107,7 @@ def two(rule: Rule, of: str, wanted: str) -> Rule:
 
 def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
     """An object of a class; `wanted` ends the message: "it must be a motion, e.g. Ramp(6.28, 0.5)"."""
-
-    def check(owner: str, name: str, value: Any, *_: str) -> Any:
-        if not isinstance(value, kind):
-            raise InputError(f"{owner}: {name} is {value!r}; it must be {wanted}.")
-        return value
-
-    return Rule(check)
+    return Rule(lambda owner, name, value, *_: checks.instance(owner, name, value, kind, wanted))
 
 
 # Fields, and records of them

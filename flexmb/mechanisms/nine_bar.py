@@ -244,9 +244,8 @@ def nine_bar(
     0.0005
     """
     data = NineBarData() if data is None else data
-    if not isinstance(data, NineBarData):
-        raise InputError(f"nine_bar: data is {data!r}; it must be a NineBarData, e.g. NineBarData(mass7=4.0).")
-    choices.check_flag("nine_bar", "flexible", flexible)
+    checks.instance("nine_bar", "data", data, NineBarData, "a NineBarData, e.g. NineBarData(mass7=4.0)")
+    checks.flag("nine_bar", "flexible", flexible)
     checks.count("nine_bar", "elements", elements)
     speed = checks.number("nine_bar", "speed", speed, "rad/s")
     pose = NineBarPose.at(data, *choices.angles("nine_bar", "start", start))

@@ -64,7 +64,7 @@ class MeshBody(ElasticBody):
 
     @abstractmethod
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
+        """Contributions of a `load` called `name` on the mesh, in its axes, times `history`; None: constant."""
 
 
 RIGID_MOTIONS = 3  # motions of a free body without deformation

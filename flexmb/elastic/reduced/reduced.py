@@ -149,8 +149,7 @@ class Reduced(MeshBody):
         stress: bool | None = None,
         name: str | None = None,
     ) -> None:
-        if not isinstance(body, Body):
-            raise InputError(f"Reduced: body is {body!r}; it must be a flexible body such as a PlaneBody.")
+        checks.instance("Reduced", "body", body, Body, "a flexible body such as a PlaneBody")
         ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]
         values: dict[str, Any] = {
             "name": body.name if name is None else name, "body": body, "modes": modes, "up_to": up_to, "pins": pins,

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb import planar
+from flexmb import checks, planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
@@ -95,9 +95,7 @@ class FlexibleBody(ElasticBody):
         if isinstance(self.section, list):
             object.__setattr__(self, "section", tuple(self.section))
         for section in self._sections:
-            if not isinstance(section, Section):
-                text = f"{self.label}: section is {section!r};"
-                raise InputError(f"{text} it must be a cross section such as Rectangle(...).")
+            checks.instance(self.label, "section", section, Section, "a cross section such as Rectangle(...)")
         if self.stress and not self.knows_stress:
             text = f"{self.label}: stress is True, and a section does not know its outer fibre"
             raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")

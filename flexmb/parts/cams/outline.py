@@ -134,8 +134,7 @@ class Outline(Input):
         InputError : a tolerance that needs more than 128 arcs between two points of the curve.
         """
         name = "Outline.from_curve"
-        if not isinstance(curve, ClosedCurve):
-            raise InputError(f"{name}: curve is {curve!r}; it must be a ClosedCurve.")
+        checks.instance(name, "curve", curve, ClosedCurve, "a ClosedCurve")
         found = biarcs(curve.array, checks.positive(name, "tolerance", tolerance, "m"))
         if found is None:
             text = f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m;"
