@@ -308,7 +308,7 @@ def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int, mesh: 
         edges = ((0, 1), (1, 2), (2, 0))
         panel = partial(FlexibleFrame, "panel7", corners, edges, section=data.section(7), elements=elements, **common)
     else:
-        file, angle = str(Path(mesh) / "panel7.msh"), math.atan2(pose.B[1] - pose.A[1], pose.B[0] - pose.A[0])
+        file, angle = str(Path(mesh) / "panel7.msh"), planar.direction(pose.A, pose.B)
         panel = partial(FlexibleFrame.from_mesh, "panel7", file, pose.A, angle=angle, sections=sections, **common)
         _require_corners(panel(), corners, file)
     bodies["panel7"] = panel(mass=data.mass7, inertia=data.inertia7, centre=pose.centre7)

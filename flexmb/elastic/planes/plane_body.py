@@ -213,7 +213,7 @@ class PlaneBody(MeshBody):
             if not 0.01 < wanted / own < 100.0:
                 remedy += f"; for a mesh in other units take mesh.scaled({wanted / own:.4g})"
             raise InputError(f"{text}. {remedy}.")
-        angle = _direction(start, end) - _direction(first, last)
+        angle = planar.direction(start, end) - planar.direction(first, last)
         return planar.from_frame(start, angle, (-first[0], -first[1])), angle
 
     @property
@@ -320,7 +320,7 @@ class PlaneBody(MeshBody):
             far = int(np.linalg.norm(points - np.array(first.point), axis=1).argmax())
             end, name = (float(points[far, 0]), float(points[far, 1])), self.free_nodes[far]
         frame = tuple(c for node in (first.name, name) for c in node_coordinates(self.name, node)[:2])
-        angle = -_direction(first.point, end)
+        angle = -planar.direction(first.point, end)
         for numbers, mass in zip(self._cells.cells.tolist(), self._cells.masses, strict=True):
             own, ties, held = ties_of(self.name, numbers, points, self.free_nodes, self.on_pins)
             T = tie_matrix(ties, len(own))
@@ -395,11 +395,6 @@ class PlaneBody(MeshBody):
 
 
 _matrices = lru_cache(maxsize=REMEMBERED)(matrices)
-
-
-def _direction(start: Point, end: Point) -> float:
-    """Direction from one point to another one [rad]."""
-    return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
 def bending_excess(body: PlaneBody) -> float:
