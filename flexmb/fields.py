@@ -57,15 +57,6 @@ def between(low: float, high: float) -> Rule:
     )
 
 
-def both(first: Rule, second: Rule) -> Rule:
-    """Two rules, one after the other."""
-
-    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> Any:
-        return second.check(owner, name, first.check(owner, name, value, unit, hint), unit, hint)
-
-    return Rule(check, f"{first.shown}, {second.shown}")
-
-
 def count(least: int = 1) -> Rule:
     """A whole number >= `least`."""
     return Rule(lambda owner, name, value, _, hint: checks.count(owner, name, value, least, hint), f">= {least}")

@@ -27,7 +27,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError, RestitutionWarning
-from flexmb.fields import Rule, between, both, field, not_negative, one_of, positive, record, variant
+from flexmb.fields import Rule, field, not_negative, one_of, positive, record, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
 from flexmb.namespace import level_of_user
@@ -197,7 +197,7 @@ class DampedElasticLaw(NormalLaw):
         Contacts that begin slower than `least_approach` return more.
         """
         name = type(self).__name__
-        asked = self.restitution if e is None else checks.between(name, "e", checks.positive(name, "e", e), 0.0, 1.0)
+        asked = self.restitution if e is None else checked_restitution(name, "e", e)
         return delivered_restitution(self.chi(asked))
 
     def history(self) -> tuple[float, ...]:
@@ -257,7 +257,12 @@ class DampedElasticLaw(NormalLaw):
         return InputError(f"{type(self).__name__}: the stiffness depends on radii; use it in a clearance joint.")
 
 
-RESTITUTION = both(positive, between(0.0, 1.0))  # rule of a coefficient of restitution e
+def checked_restitution(owner: str, name: str, value: object, *_: str) -> float:
+    """A coefficient of restitution e in (0, 1], or `InputError`."""
+    return checks.between(owner, name, checks.positive(owner, name, value), 0.0, 1.0)
+
+
+RESTITUTION = Rule(checked_restitution, "> 0, between 0 and 1")
 
 
 def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any:
