@@ -289,16 +289,14 @@ class WornClearance(WornJoint, RevoluteClearance):
     PLACES = "angle"
     PLACE_UNIT = "rad"
     FACES = ("bearing", "journal")
+    SIZES = ("clearance", "bearing_radius")
+    DEEPEST = "bearing_radius"
     contacts = ("",)
     where = ("x", "y", "contact_angle", "penetration")
 
     @property
     def wearing_faces(self) -> tuple[str, ...]:
         return ("journal",) if self.on_journal else ("bearing",)
-
-    @property
-    def deepest(self) -> tuple[str, float]:
-        return "bearing radius", self.bearing_radius
 
     @property
     def on_journal(self) -> bool:
@@ -318,10 +316,6 @@ class WornClearance(WornJoint, RevoluteClearance):
     @property
     def places(self) -> np.ndarray:
         return 2.0 * np.pi * np.arange(self.bins) / self.bins
-
-    @property
-    def sizes(self) -> dict[str, float]:
-        return {"clearance": self.clearance, "bearing_radius": self.bearing_radius}
 
     @property
     def half_play(self) -> float:
