@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import KW_ONLY, replace
 from functools import cached_property
 from threading import Lock
 from typing import Any, Generic, TypeVar
@@ -72,6 +72,13 @@ def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:
     return checks.sequence(label, name, value, "names of pins")
 
 
+def ratios(label: str, name: str, value: Any, *_: str) -> float | tuple[float, ...]:
+    """One damping ratio, or several, each >= 0."""
+    if np.ndim(value) == 0:
+        return checks.not_negative(label, name, value)
+    return tuple(checks.not_negative(label, name, ratio) for ratio in value)
+
+
 @variant
 class Reduced(MeshBody):
     """A flexible body by the static shapes of its pins and a few vibrations with held pins (Craig and Bampton).
@@ -121,48 +128,26 @@ class Reduced(MeshBody):
 
     body: Reducible = field("a `FlexibleLink`, `FlexibleFrame` or `PlaneBody`")
     modes: int = field("least number of vibrations with all pins held", rule=count(0), default=0)
+    _: KW_ONLY
+    name: str = field("its name; None: that of the body", default=None, kw_only=True)
     up_to: float | None = field("frequency up to which all of them are kept", "Hz", positive, default=None)
-    pins: tuple[str, ...] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
+    pins: Sequence[str] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
     frame: str = field('"chord" or "pin", see above', rule=one_of(*FRAMES), default="chord")
     stiffening: bool = field("whether rotation, and forces of the pins, stiffen or soften bending", default=True)
     inertia_shapes: bool = field("whether the static shapes of the own inertia are kept", default=False)
-    load_shapes: tuple[MeshLoad, ...] = field("loads whose static shapes are kept", default=())
+    load_shapes: Sequence[MeshLoad] = field("loads whose static shapes are kept", default=())
     damping: float | None = field("stiffness-proportional damping time", "s", not_negative, default=None)
     mass_damping: float | None = field("mass-proportional damping rate", "1/s", not_negative, default=None)
-    damping_ratios: float | tuple[float, ...] = field("of all vibrations, or one for each of the lowest", default=0.0)
+    damping_ratios: float | Sequence[float] = field(
+        "of all vibrations, or one for each of the lowest", rule=Rule(ratios), default=0.0
+    )
     stress: bool | None = field("whether every step looks for the largest stress", rule=flag, default=None)
 
-    def __init__(
-        self,
-        body: Reducible,
-        modes: int = 0,
-        *,
-        up_to: float | None = None,
-        pins: Sequence[str] | None = None,
-        frame: str = "chord",
-        stiffening: bool = True,
-        inertia_shapes: bool = False,
-        load_shapes: Sequence[MeshLoad] = (),
-        damping: float | None = None,
-        mass_damping: float | None = None,
-        damping_ratios: float | Sequence[float] = 0.0,
-        stress: bool | None = None,
-        name: str | None = None,
-    ) -> None:
-        checks.instance("Reduced", "body", body, Body, "a flexible body such as a PlaneBody")
-        ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]
-        values: dict[str, Any] = {
-            "name": body.name if name is None else name, "body": body, "modes": modes, "up_to": up_to, "pins": pins,
-            "frame": frame, "stiffening": stiffening, "inertia_shapes": inertia_shapes, "load_shapes": load_shapes,
-            "damping": damping, "mass_damping": mass_damping, "damping_ratios": ratios, "stress": stress,
-        }  # fmt: skip
-        vars(self).update(values)
-        self.__post_init__()
-
     def __post_init__(self) -> None:
+        checks.instance("Reduced", "body", self.body, Body, "a flexible body such as a PlaneBody")
+        if self.name is None:
+            object.__setattr__(self, "name", self.body.name)
         super().__post_init__()
-        for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
-            checks.not_negative(self.label, "damping_ratios", ratio)
         if not isinstance(self.body, Reducible):
             text = f"{self.label}: a {type(self.body).__name__} does not bend."
             raise InputError(f"{text} Reduce a FlexibleLink, FlexibleFrame or PlaneBody; leave others as they are.")
