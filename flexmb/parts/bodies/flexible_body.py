@@ -132,16 +132,13 @@ class FlexibleBody(ElasticBody):
         return all(map(flexible.knows_stress, self._sections))
 
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes in the reference configuration [m]."""
         return np.array([(node.x, node.y) for node in self.nodes()])
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
-        """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
         strain = self._strains(lambda names: np.array([[pose[name] for name in names]])).max()
         return float(strain), float(strain) * self.material.young
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
-        """Largest strain and stress [Pa] at the poses of a `motion`, and when [s]."""
         strains = self._strains(lambda names: motion.rows(*names))
         k = int(np.argmax(strains))
         return float(strains[k]), float(strains[k]) * self.material.young, float(motion.times[k])

@@ -244,7 +244,6 @@ class DampedElasticLaw(NormalLaw):
             yield "lasting-contact", text
 
     def damped_since_onset(self, history: Sequence[float]) -> str:
-        """Sentence on the speed that scales the damping of a lasting contact of that `history`; "" without damping."""
         approach = history[APPROACH]
         if self.restitution == 1.0:
             return ""
@@ -354,7 +353,6 @@ class HysteresisLaw(DampedElasticLaw):
         )
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
-        """The law with its stiffness for these radii [m]."""
         law = copy.copy(self)  # not made anew: a warning was given where the user made it
         object.__setattr__(law, "radii", (bearing_radius, journal_radius))
         if self.stiffness is None and self.materials is not None:

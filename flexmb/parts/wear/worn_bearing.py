@@ -293,5 +293,4 @@ class WornBearing(WornClearance, JournalBearing):
         return [*super().contributions(mechanism), film, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
-        """Finding on a gap that is not thin."""
         return JournalBearing.findings_before(self, mechanism)
