@@ -273,14 +273,9 @@ class Wheels(Part):
 
     def _coaxial(self, mechanism: Mechanism, radii: Point) -> ConstraintContribution:
         """Relation with the angle of the arm for phi: shafts in line, whose casing takes the difference of torques."""
-        factors, angles = {}, {}
-        for part, radius in zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True):
-            coordinate, angle = angle_of(mechanism, part.name, self.label)
-            if part.name != GROUND.name:  # the angle of the ground is 0
-                factors[coordinate], angles[coordinate] = radius, angle
-        second = angle_of(mechanism, self.second.name, self.label)[0]
-        told = _reactions(radii, list(factors).index(second) if second in factors else -1)
-        return angles_contribution(self.name, factors, angles, told)
+        factors = list(zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True))
+        second = -1 if self.second.name == GROUND.name else int(self.first.name != GROUND.name)
+        return angles_contribution(mechanism, self, factors, _reactions(radii, second))
 
 
 def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
