@@ -125,8 +125,7 @@ def four_bar(
     crank, coupler, rocker = beams if flexible else [_rigid(beam) for beam in beams]
     steel = Material(data.contact_young, data.density, data.contact_poisson)
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
-    coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
-    law = friction_law("four_bar", friction, coulomb)
+    law = friction_law("four_bar", friction, ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1))
     worn = pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, law)
     ends = Revolute("O", GROUND, crank, at=O), Revolute("D", GROUND, rocker, at=D)
     joints = [*ends, Revolute("A", crank, coupler, at=A), worn]

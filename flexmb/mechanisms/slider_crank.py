@@ -127,8 +127,7 @@ def slider_crank(
     slider = RigidBody("slider", B, data.slider_mass, data.slider_inertia, outline=box(B, *SLIDER_SIZE))
     steel = Material(data.young, data.density, data.poisson)
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
-    coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
-    law = friction_law("slider_crank", friction, coulomb)
+    law = friction_law("slider_crank", friction, ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1))
     worn = pin("B", rod, slider, B, clearance, data.bearing_radius, normal, law)
     guide = Prismatic("guide", GROUND, slider, at=B, along=(1.0, 0.0))
     joints = [Revolute("O", GROUND, crank, at=O), Revolute("A", crank, rod, at=A), worn, guide]
