@@ -290,7 +290,7 @@ class WornClearance(WornJoint, RevoluteClearance):
     PLACE_UNIT = "rad"
     FACES = ("bearing", "journal")
     SIZES = ("clearance", "bearing_radius")
-    DEEPEST = "bearing_radius"
+    DEEPEST = "bearing radius"
     contacts = ("",)
     where = ("x", "y", "contact_angle", "penetration")
 

@@ -169,7 +169,7 @@ class WornJoint(Part):
     PLACE_UNIT: ClassVar[str]
     FACES: ClassVar[tuple[str, ...]]  # names of all surfaces
     SIZES: ClassVar[tuple[str, ...]]  # names of the lengths in `sizes`
-    DEEPEST: ClassVar[str]  # name of the length of the joint that no depth may reach
+    DEEPEST: ClassVar[str]  # words for the length of the joint that no depth may reach
     contacts: ClassVar[tuple[str, ...]]  # prefixes of the signals of all contacts: "" or "upper_front."
     where: ClassVar[tuple[str, ...]]  # signals of the place of each contact
     if TYPE_CHECKING:  # fields of the dry joint
@@ -187,7 +187,7 @@ class WornJoint(Part):
             law = type(self.wear).__name__
             text = f"{self.label}: {law} wears by the work of friction, and the joint has none."
             raise InputError(f"{text} Give it a friction law, or take Archard, which wears by pressure and slip.")
-        size = getattr(self, self.DEEPEST)
+        size = getattr(self, self.DEEPEST.replace(" ", "_"))
         if max(self.profile, default=0.0) >= size:
             text = f"{self.label}: profile is up to {max(self.profile):g} m deep;"
             raise InputError(f"{text} it must stay below the {self.DEEPEST} {size:g} m. Depths are in metres.")
