@@ -10,10 +10,11 @@ from numbers import Real
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
+T = TypeVar("T")
 # Errors of the object that is under construction; None: an error is raised at once.
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
@@ -85,7 +86,7 @@ def positive(owner: str, name: str, value: object, unit: str = "", hint: str = "
     """`value` as a float > 0, or `InputError`."""
     result = number(owner, name, value, unit)
     if result <= 0.0:
-        refuse(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be > 0.", hint))
+        refuse(f"{owner}: {name} is {_sized(result, unit)}; it must be > 0. {hint}".rstrip())
     return result
 
 
@@ -93,7 +94,7 @@ def not_negative(owner: str, name: str, value: object, unit: str = "", hint: str
     """`value` as a float >= 0, or `InputError`."""
     result = number(owner, name, value, unit)
     if result < 0.0:
-        refuse(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be >= 0.", hint))
+        refuse(f"{owner}: {name} is {_sized(result, unit)}; it must be >= 0. {hint}".rstrip())
     return result
 
 
@@ -101,8 +102,8 @@ def between(owner: str, name: str, value: object, low: float, high: float, unit:
     """`value` as a float in [low, high], or `InputError`."""
     result = number(owner, name, value, unit)
     if not low <= result <= high and math.isfinite(result):
-        text = f"{owner}: {name} is {result:g}{_unit(unit)}; it must lie between {low:g} and {high:g}."
-        refuse(_sentence(text, hint))
+        text = f"{owner}: {name} is {_sized(result, unit)}; it must lie between {low:g} and {high:g}."
+        refuse(f"{text} {hint}".rstrip())
     return result
 
 
@@ -111,9 +112,9 @@ def count(owner: str, name: str, value: object, least: int = 1, hint: str = "") 
     whole = as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not whole.is_integer():
         shown = whole if math.isinf(whole) else value  # whose digits may fill pages
-        raise InputError(_sentence(f"{owner}: {name} is {shown!r}; it must be a whole number.", hint))
+        raise InputError(f"{owner}: {name} is {shown!r}; it must be a whole number. {hint}".rstrip())
     if whole < least:
-        raise InputError(_sentence(f"{owner}: {name} is {whole:g}; it must be at least {least}.", hint))
+        raise InputError(f"{owner}: {name} is {whole:g}; it must be at least {least}. {hint}".rstrip())
     return int(whole)
 
 
@@ -192,6 +193,13 @@ def flag(owner: str, name: str, value: object) -> bool:
     return bool(value)
 
 
+def instance(owner: str, name: str, value: Any, kind: type[T] | tuple[type[T], ...], wanted: str) -> T:
+    """`value` if it is an object of a class, or `InputError`; `wanted` ends the message: "a motion, e.g. Ramp(1.0)"."""
+    if not isinstance(value, kind):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be {wanted}.")
+    return value
+
+
 def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
     """`value` if it is among `allowed`, else `InputError` with the nearest allowed one."""
     names = list(allowed)
@@ -224,9 +232,5 @@ def _in(unit: str) -> str:
     return f" in {unit}" if unit else ""
 
 
-def _unit(unit: str) -> str:
-    return f" {unit}" if unit else ""
-
-
-def _sentence(text: str, hint: str) -> str:
-    return f"{text} {hint}" if hint else text
+def _sized(value: float, unit: str) -> str:
+    return f"{value:g} {unit}".rstrip()

@@ -137,7 +137,6 @@ def in_notebook() -> bool:
 CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"
 SHORT = f"{CELL}; white-space: nowrap"
 TABLE = "border-collapse: collapse; color: inherit"
-FAINT = "opacity: 0.7"
 SHORT_TEXT = 24  # length of a text that is not wrapped
 MOST_ROWS = 60  # largest number of rows of a table
 
@@ -146,7 +145,7 @@ def page(title: str, subtitle: str = "", *blocks: str) -> str:
     """HTML of an object: plain texts as title and subtitle, below them HTML from `table`, `texts` and `folded`."""
     head = f"<div><b>{escape(title)}</b>"
     if subtitle:
-        head += f' <span style="{FAINT}">{escape(subtitle)}</span>'
+        head += f' <span style="opacity: 0.7">{escape(subtitle)}</span>'
     return f"{head}</div>{''.join(blocks)}"
 
 

@@ -57,15 +57,6 @@ def between(low: float, high: float) -> Rule:
     )
 
 
-def both(first: Rule, second: Rule) -> Rule:
-    """Two rules, one after the other."""
-
-    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> Any:
-        return second.check(owner, name, first.check(owner, name, value, unit, hint), unit, hint)
-
-    return Rule(check, f"{first.shown}, {second.shown}")
-
-
 def count(least: int = 1) -> Rule:
     """A whole number >= `least`."""
     return Rule(lambda owner, name, value, _, hint: checks.count(owner, name, value, least, hint), f">= {least}")
@@ -107,13 +98,7 @@ def two(rule: Rule, of: str, wanted: str) -> Rule:
 
 def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
     """An object of a class; `wanted` ends the message: "it must be a motion, e.g. Ramp(6.28, 0.5)"."""
-
-    def check(owner: str, name: str, value: Any, *_: str) -> Any:
-        if not isinstance(value, kind):
-            raise InputError(f"{owner}: {name} is {value!r}; it must be {wanted}.")
-        return value
-
-    return Rule(check)
+    return Rule(lambda owner, name, value, *_: checks.instance(owner, name, value, kind, wanted))
 
 
 # Fields, and records of them

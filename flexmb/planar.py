@@ -25,3 +25,21 @@ def from_frame(origin: tuple[float, float], angle: float, point: tuple[float, fl
 def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
     """Distance of two points."""
     return math.hypot(b[0] - a[0], b[1] - a[1])
+
+
+def direction(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """Direction from the point `a` to the point `b` [rad]."""
+    return math.atan2(b[1] - a[1], b[0] - a[0])
+
+
+def area(points: Array) -> float:
+    """Signed area of a polygon with corners (n, 2); > 0 for a counter-clockwise one."""
+    x, y = (points - points[0]).T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def surrounds(points: Array) -> bool:
+    """Whether a closed polygon with corners (n, 2) goes round the origin."""
+    ahead = np.roll(points, -1, axis=0)
+    cross = points[:, 0] * ahead[:, 1] - points[:, 1] * ahead[:, 0]
+    return abs(float(np.arctan2(cross, np.sum(points * ahead, axis=1)).sum())) > math.pi

@@ -87,13 +87,6 @@ def pin(
     )
 
 
-def check_flag(owner: str, name: str, value: object) -> bool:
-    """`value` if it is True or False; a number there is probably meant for another argument."""
-    if not isinstance(value, bool):
-        raise InputError(f"{owner}: {name} is {value!r}; it must be True or False.")
-    return value
-
-
 def angles(owner: str, name: str, value: object) -> Point:
     """An argument of two angles [rad]."""
     if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:

@@ -11,7 +11,7 @@ from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
-from flexmb.mechanisms.choices import LEFT, Point, at_angle, check_flag, corner, crank_motion, friction_law, pin
+from flexmb.mechanisms.choices import LEFT, Point, at_angle, corner, crank_motion, friction_law, pin
 from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
@@ -114,9 +114,8 @@ def four_bar(
     ('crank', 'coupler', 'rocker', 'O', 'D', 'A', 'B', 'motor')
     """
     data = FourBarData() if data is None else data
-    if not isinstance(data, FourBarData):
-        raise InputError(f"four_bar: data is {data!r}; it must be a FourBarData, e.g. FourBarData(crank=0.1).")
-    check_flag("four_bar", "flexible", flexible)
+    checks.instance("four_bar", "data", data, FourBarData, "a FourBarData, e.g. FourBarData(crank=0.1)")
+    checks.flag("four_bar", "flexible", flexible)
     checks.count("four_bar", "elements", elements)
     O, D = (0.0, 0.0), (data.ground, 0.0)
     angle = checks.number("four_bar", "start", start, "rad")
@@ -126,8 +125,7 @@ def four_bar(
     crank, coupler, rocker = beams if flexible else [_rigid(beam) for beam in beams]
     steel = Material(data.contact_young, data.density, data.contact_poisson)
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
-    coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
-    law = friction_law("four_bar", friction, coulomb)
+    law = friction_law("four_bar", friction, ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1))
     worn = pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, law)
     ends = Revolute("O", GROUND, crank, at=O), Revolute("D", GROUND, rocker, at=D)
     joints = [*ends, Revolute("A", crank, coupler, at=A), worn]

@@ -244,9 +244,8 @@ def nine_bar(
     0.0005
     """
     data = NineBarData() if data is None else data
-    if not isinstance(data, NineBarData):
-        raise InputError(f"nine_bar: data is {data!r}; it must be a NineBarData, e.g. NineBarData(mass7=4.0).")
-    choices.check_flag("nine_bar", "flexible", flexible)
+    checks.instance("nine_bar", "data", data, NineBarData, "a NineBarData, e.g. NineBarData(mass7=4.0)")
+    checks.flag("nine_bar", "flexible", flexible)
     checks.count("nine_bar", "elements", elements)
     speed = checks.number("nine_bar", "speed", speed, "rad/s")
     pose = NineBarPose.at(data, *choices.angles("nine_bar", "start", start))
@@ -309,7 +308,7 @@ def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int, mesh: 
         edges = ((0, 1), (1, 2), (2, 0))
         panel = partial(FlexibleFrame, "panel7", corners, edges, section=data.section(7), elements=elements, **common)
     else:
-        file, angle = str(Path(mesh) / "panel7.msh"), math.atan2(pose.B[1] - pose.A[1], pose.B[0] - pose.A[0])
+        file, angle = str(Path(mesh) / "panel7.msh"), planar.direction(pose.A, pose.B)
         panel = partial(FlexibleFrame.from_mesh, "panel7", file, pose.A, angle=angle, sections=sections, **common)
         _require_corners(panel(), corners, file)
     bodies["panel7"] = panel(mass=data.mass7, inertia=data.inertia7, centre=pose.centre7)

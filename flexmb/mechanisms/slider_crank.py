@@ -10,7 +10,7 @@ from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
-from flexmb.mechanisms.choices import at_angle, box, check_flag, crank_motion, friction_law, on_line, pin
+from flexmb.mechanisms.choices import at_angle, box, crank_motion, friction_law, on_line, pin
 from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
@@ -115,10 +115,8 @@ def slider_crank(
     ('crank', 'rod', 'slider', 'O', 'A', 'B', 'guide', 'motor')
     """
     data = SliderCrankData() if data is None else data
-    if not isinstance(data, SliderCrankData):
-        text = f"slider_crank: data is {data!r};"
-        raise InputError(f"{text} it must be a SliderCrankData, e.g. SliderCrankData(rod=0.2).")
-    check_flag("slider_crank", "flexible", flexible)
+    checks.instance("slider_crank", "data", data, SliderCrankData, "a SliderCrankData, e.g. SliderCrankData(rod=0.2)")
+    checks.flag("slider_crank", "flexible", flexible)
     checks.count("slider_crank", "elements", elements)
     angle = checks.number("slider_crank", "start", start, "rad")
     O = (0.0, 0.0)
@@ -129,8 +127,7 @@ def slider_crank(
     slider = RigidBody("slider", B, data.slider_mass, data.slider_inertia, outline=box(B, *SLIDER_SIZE))
     steel = Material(data.young, data.density, data.poisson)
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
-    coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
-    law = friction_law("slider_crank", friction, coulomb)
+    law = friction_law("slider_crank", friction, ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1))
     worn = pin("B", rod, slider, B, clearance, data.bearing_radius, normal, law)
     guide = Prismatic("guide", GROUND, slider, at=B, along=(1.0, 0.0))
     joints = [Revolute("O", GROUND, crank, at=O), Revolute("A", crank, rod, at=A), worn, guide]

@@ -53,6 +53,23 @@ class Attachment:
         return node_coordinates(self.part, self.node)
 
 
+class Ends(NamedTuple):
+    """Points of attachment of a part on its first and on its second body."""
+
+    first: Attachment
+    second: Attachment
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The six coordinates of both nodes."""
+        return (*self.first.coordinates, *self.second.coordinates)
+
+    @property
+    def offsets(self) -> tuple[float, float, float, float]:
+        """Both points in the frames of their nodes [m]."""
+        return (*self.first.offset, *self.second.offset)
+
+
 def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coordinate]:
     """x, y and theta of a node."""
     return (part, node, 0), (part, node, 1), (part, node, 2)

@@ -23,6 +23,7 @@ from flexmb.model.contributions import (
     ControlContribution,
     Coordinate,
     ElementContribution,
+    Ends,
     Node,
     SignalContribution,
 )
@@ -247,19 +248,22 @@ class Body(Part):
         return False
 
     def total_mass(self) -> float:
-        """Mass of the body [kg]; 1 kg for a body without an own answer."""
-        return 1.0
+        """Mass of the body [kg]: its field `mass`; 1 kg for a body without an own answer."""
+        mass: float = getattr(self, "mass", 1.0)
+        return mass
 
     def start_velocity(self) -> Triple | tuple[Triple, ...] | None:
         """Velocity (vx, vy, omega) at the start: of the main node of a rigid motion, of every node, or None: as driven.
 
-        Fields are absolute and in world axes.
+        Fields are absolute and in world axes; the value of a field `velocity` without an own answer.
         """
-        return None
+        velocity: Triple | tuple[Triple, ...] | None = getattr(self, "velocity", None)
+        return velocity
 
     def start_displacement(self) -> tuple[Triple, ...] | None:
         """Displacement (x, y, theta) of every node at the start from the reference configuration, or None."""
-        return None
+        displacement: tuple[Triple, ...] | None = getattr(self, "displacement", None)
+        return displacement
 
     def node(self, name: str) -> Node:
         """The node of that name or alias, or `InputError`."""
@@ -371,7 +375,7 @@ class Joint(Part):
         super().__post_init__()
         refuse_one_body(self)
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+    def ends(self, mechanism: Mechanism) -> Ends:
         """Attachments of the joint on the first and the second body of `mechanism`."""
         first = mechanism.body(self.first.name, self.label)
         second = mechanism.body(self.second.name, self.label)
@@ -379,7 +383,7 @@ class Joint(Part):
         if at is None:
             node = second.node(second.main)
             at = (node.x, node.y)
-        return first.attach(self.label, at), second.attach(self.label, at)
+        return Ends(first.attach(self.label, at), second.attach(self.label, at))
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:  # noqa: ARG002 - not every joint
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
@@ -408,10 +412,10 @@ class PointToPoint(Part):
     at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
     to: tuple[float, float] = field("the same of the second body", "m", point)
 
-    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+    def ends(self, mechanism: Mechanism) -> Ends:
         """Both points on the bodies of `mechanism`."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+        return Ends(first, mechanism.body(self.second.name, self.label).attach(self.label, self.to))
 
 
 def refuse_one_body(part: Any, how: str = "joins {} to") -> None:

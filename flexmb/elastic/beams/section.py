@@ -57,24 +57,18 @@ class Dimensioned(Section):
         return kind.numbers_of(*dimensions)
 
     def area_at(self, s: Place) -> Array:
-        """A(s) [m^2] for the dimensions at s."""
-        area, _, _ = self._numbers_at(s)
-        return area
+        return self._numbers_at(s)[0]
 
     def second_moment_at(self, s: Place) -> Array:
-        """I(s) [m^4] for the dimensions at s."""
-        _, second_moment, _ = self._numbers_at(s)
-        return second_moment
+        return self._numbers_at(s)[1]
 
     def outer_fibre_at(self, s: Place) -> Array:
-        """c(s) [m] for the dimensions at s."""
         _, _, c = self._numbers_at(s)
         if np.isnan(c).any():
             raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
         return c
 
     def shear_factor_at(self, s: Place, poisson: float) -> Array:
-        """ks(s) [1] for the dimensions at s."""
         kind, dimensions = self._dimensions_at(s)
         return kind.shear_factor_of(poisson, *dimensions)
 
@@ -132,7 +126,6 @@ class Rectangle(Prismatic):
 
     @staticmethod
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
-        """A, I and c [m^2, m^4, m]."""
         b, h = dimensions
         return b * h, b * h**3 / 12.0, 0.5 * h
 
@@ -156,7 +149,6 @@ class Circle(Prismatic):
 
     @staticmethod
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
-        """A, I and c [m^2, m^4, m]."""
         (d,) = dimensions
         return 0.25 * math.pi * d**2, math.pi * d**4 / 64.0, 0.5 * d
 
@@ -187,7 +179,6 @@ class Tube(Prismatic):
 
     @staticmethod
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
-        """A, I and c [m^2, m^4, m]."""
         D, d = dimensions
         return 0.25 * math.pi * (D**2 - d**2), math.pi * (D**4 - d**4) / 64.0, 0.5 * D
 
@@ -227,7 +218,6 @@ class GeneralSection(Prismatic):
 
     @staticmethod
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
-        """A, I and c as given [m^2, m^4, m]."""
         area, second_moment, c, _ = dimensions
         return area, second_moment, c
 

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from skfem import Mesh2D
 from skfem.quadrature import get_quadrature
 
-from flexmb import checks
+from flexmb import checks, planar
 from flexmb.elastic.beams.mesh import FARTHEST, at, require_distinct
 from flexmb.errors import InputError
 from flexmb.fields import field, record_with
@@ -108,12 +108,6 @@ class Edges:
     def boundary(self) -> Indices:
         """(b, 2) or (b, 3) nodes of the edges of the boundary, with the body on the left."""
         return np.asarray(self.nodes[self.counts == 1])
-
-
-def area_inside(points: Array) -> float:
-    """Signed area of a polygon with corners (n, 2) [m], in m^2; > 0 counter-clockwise."""
-    x, y = (points - points[0]).T
-    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def tributary_lengths(points: Array, edges: Indices) -> Array:
@@ -413,7 +407,7 @@ class PlaneMesh:
                 nodes += [edge[0], *edge[2:]]
                 node = edge[1]
             loops.append(np.array(nodes, dtype=np.int64))
-        return tuple(sorted(loops, key=lambda loop: -area_inside(self.points[loop])))
+        return tuple(sorted(loops, key=lambda loop: -planar.area(self.points[loop])))
 
     @cached_property
     def holes(self) -> tuple[str, ...]:
@@ -530,7 +524,7 @@ class PlaneMesh:
         sets = dict(self.sets)
         for name, point in holes.items():
             x = np.array(checks.point(self.label, f"hole {name!r}", point))
-            inside = [loop for loop in self.loops[1:] if _surrounds(self.points[loop] - x)]
+            inside = [loop for loop in self.loops[1:] if planar.surrounds(self.points[loop] - x)]
             if not inside:
                 middles = np.array([self.points[loop].mean(axis=0) for loop in self.loops[1:]]).reshape(-1, 2)
                 digits = 3 - math.floor(math.log10(self.size))
@@ -539,13 +533,6 @@ class PlaneMesh:
                 raise InputError(f"{text}. Its holes are near: {listed or 'it has none'}.")
             sets[name] = inside[0]
         return replace(self, sets=sets)
-
-
-def _surrounds(points: Array) -> bool:
-    """Whether a polygon goes round the origin."""
-    ahead = np.roll(points, -1, axis=0)
-    cross = points[:, 0] * ahead[:, 1] - points[:, 1] * ahead[:, 0]
-    return abs(float(np.arctan2(cross, np.sum(points * ahead, axis=1)).sum())) > math.pi
 
 
 def quadratic(mesh: PlaneMesh, rounds: Sequence[str]) -> PlaneMesh:

@@ -16,8 +16,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, cKDTree
 
-from flexmb import checks
-from flexmb.elastic.meshes.mesh import KINDS, PlaneMesh, area_inside
+from flexmb import checks, planar
+from flexmb.elastic.meshes.mesh import KINDS, PlaneMesh
 from flexmb.errors import InputError
 from flexmb.planar import Array, Indices
 
@@ -358,7 +358,7 @@ def plate_with_holes(
         raise InputError(f"{label}: outline has {len(corners)} corners; it must have three at least.")
     radii = checked_fillets(label, fillet, len(corners))
     _require_simple(label, corners)
-    if area_inside(corners) < 0.0:
+    if planar.area(corners) < 0.0:
         corners, radii = corners[::-1], radii[::-1]
     corners, arcs = rounded(label, corners, radii, size)
     found = {}

@@ -64,7 +64,7 @@ class MeshBody(ElasticBody):
 
     @abstractmethod
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
+        """Contributions of a `load` called `name` on the mesh, in its axes, times `history`; None: constant."""
 
 
 RIGID_MOTIONS = 3  # motions of a free body without deformation
@@ -213,7 +213,7 @@ class PlaneBody(MeshBody):
             if not 0.01 < wanted / own < 100.0:
                 remedy += f"; for a mesh in other units take mesh.scaled({wanted / own:.4g})"
             raise InputError(f"{text}. {remedy}.")
-        angle = _direction(start, end) - _direction(first, last)
+        angle = planar.direction(start, end) - planar.direction(first, last)
         return planar.from_frame(start, angle, (-first[0], -first[1])), angle
 
     @property
@@ -280,11 +280,9 @@ class PlaneBody(MeshBody):
         return planar.from_frame(self.origin, self.direction, (point[0], point[1]))
 
     def nodes(self) -> tuple[Node, ...]:
-        """The pins, then the nodes of the mesh that no rigid pin holds."""
         return self._nodes
 
     def attach(self, owner: str, point: Point) -> Attachment:
-        """The pin at `point`; `owner` names who asks, for messages."""
         pins = sorted(self.pin_nodes, key=lambda pin: planar.distance((pin.x, pin.y), point))
         gap = planar.distance((pins[0].x, pins[0].y), point)
         if gap > SAME_LENGTH * self.mesh.size:
@@ -295,7 +293,6 @@ class PlaneBody(MeshBody):
         return Attachment(self.name, pins[0].name, (0.0, 0.0))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Cells, averaged pins, held rotations of the mesh's nodes; the largest stress."""
         cells, gravity, mesh = self._cells, mechanism.gravity, self.mesh
         found: list[Contribution] = []
         found += cell_contributions(self.name, cells, self.free_nodes, self.on_pins, self.damping, gravity)
@@ -323,7 +320,7 @@ class PlaneBody(MeshBody):
             far = int(np.linalg.norm(points - np.array(first.point), axis=1).argmax())
             end, name = (float(points[far, 0]), float(points[far, 1])), self.free_nodes[far]
         frame = tuple(c for node in (first.name, name) for c in node_coordinates(self.name, node)[:2])
-        angle = -_direction(first.point, end)
+        angle = -planar.direction(first.point, end)
         for numbers, mass in zip(self._cells.cells.tolist(), self._cells.masses, strict=True):
             own, ties, held = ties_of(self.name, numbers, points, self.free_nodes, self.on_pins)
             T = tie_matrix(ties, len(own))
@@ -344,15 +341,12 @@ class PlaneBody(MeshBody):
 
     @property
     def plane(self) -> PlaneBody:
-        """The body itself, with all nodes of its mesh."""
         return self
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a load `name` on the nodes, times the value of `history`."""
         return load_contributions(self, name, load, history)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
-        """The mesh."""
         names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
         number = {name: k for k, name in enumerate(names)}
@@ -365,11 +359,9 @@ class PlaneBody(MeshBody):
 
     @property
     def seeks_stress(self) -> bool:
-        """Whether every accepted step looks for the largest stress."""
         return self.stress
 
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes of the mesh in the reference configuration [m]."""
         return self.mesh.placed(self.direction, self.origin).points
 
     def odd_sizes(self) -> Iterator[Finding]:
@@ -399,24 +391,10 @@ class PlaneBody(MeshBody):
         return vibrations(self.matrices, count, self.tie, held)[0]
 
     def total_mass(self) -> float:
-        """The mass [kg]."""
         return self.matrices.rigid_properties[0]
-
-    def start_velocity(self) -> Triple | Field | None:
-        """The declared start velocity."""
-        return self.velocity
-
-    def start_displacement(self) -> Field | None:
-        """The declared start displacement."""
-        return self.displacement
 
 
 _matrices = lru_cache(maxsize=REMEMBERED)(matrices)
-
-
-def _direction(start: Point, end: Point) -> float:
-    """Direction from one point to another one [rad]."""
-    return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
 def bending_excess(body: PlaneBody) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import KW_ONLY, replace
 from functools import cached_property
 from threading import Lock
 from typing import Any, Generic, TypeVar
@@ -72,6 +72,13 @@ def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:
     return checks.sequence(label, name, value, "names of pins")
 
 
+def ratios(label: str, name: str, value: Any, *_: str) -> float | tuple[float, ...]:
+    """One damping ratio, or several, each >= 0."""
+    if np.ndim(value) == 0:
+        return checks.not_negative(label, name, value)
+    return tuple(checks.not_negative(label, name, ratio) for ratio in value)
+
+
 @variant
 class Reduced(MeshBody):
     """A flexible body by the static shapes of its pins and a few vibrations with held pins (Craig and Bampton).
@@ -121,49 +128,26 @@ class Reduced(MeshBody):
 
     body: Reducible = field("a `FlexibleLink`, `FlexibleFrame` or `PlaneBody`")
     modes: int = field("least number of vibrations with all pins held", rule=count(0), default=0)
+    _: KW_ONLY
+    name: str = field("its name; None: that of the body", default=None, kw_only=True)
     up_to: float | None = field("frequency up to which all of them are kept", "Hz", positive, default=None)
-    pins: tuple[str, ...] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
+    pins: Sequence[str] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
     frame: str = field('"chord" or "pin", see above', rule=one_of(*FRAMES), default="chord")
     stiffening: bool = field("whether rotation, and forces of the pins, stiffen or soften bending", default=True)
     inertia_shapes: bool = field("whether the static shapes of the own inertia are kept", default=False)
-    load_shapes: tuple[MeshLoad, ...] = field("loads whose static shapes are kept", default=())
+    load_shapes: Sequence[MeshLoad] = field("loads whose static shapes are kept", default=())
     damping: float | None = field("stiffness-proportional damping time", "s", not_negative, default=None)
     mass_damping: float | None = field("mass-proportional damping rate", "1/s", not_negative, default=None)
-    damping_ratios: float | tuple[float, ...] = field("of all vibrations, or one for each of the lowest", default=0.0)
+    damping_ratios: float | Sequence[float] = field(
+        "of all vibrations, or one for each of the lowest", rule=Rule(ratios), default=0.0
+    )
     stress: bool | None = field("whether every step looks for the largest stress", rule=flag, default=None)
 
-    def __init__(
-        self,
-        body: Reducible,
-        modes: int = 0,
-        *,
-        up_to: float | None = None,
-        pins: Sequence[str] | None = None,
-        frame: str = "chord",
-        stiffening: bool = True,
-        inertia_shapes: bool = False,
-        load_shapes: Sequence[MeshLoad] = (),
-        damping: float | None = None,
-        mass_damping: float | None = None,
-        damping_ratios: float | Sequence[float] = 0.0,
-        stress: bool | None = None,
-        name: str | None = None,
-    ) -> None:
-        if not isinstance(body, Body):
-            raise InputError(f"Reduced: body is {body!r}; it must be a flexible body such as a PlaneBody.")
-        ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]
-        values: dict[str, Any] = {
-            "name": body.name if name is None else name, "body": body, "modes": modes, "up_to": up_to, "pins": pins,
-            "frame": frame, "stiffening": stiffening, "inertia_shapes": inertia_shapes, "load_shapes": load_shapes,
-            "damping": damping, "mass_damping": mass_damping, "damping_ratios": ratios, "stress": stress,
-        }  # fmt: skip
-        vars(self).update(values)
-        self.__post_init__()
-
     def __post_init__(self) -> None:
+        checks.instance("Reduced", "body", self.body, Body, "a flexible body such as a PlaneBody")
+        if self.name is None:
+            object.__setattr__(self, "name", self.body.name)
         super().__post_init__()
-        for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
-            checks.not_negative(self.label, "damping_ratios", ratio)
         if not isinstance(self.body, Reducible):
             text = f"{self.label}: a {type(self.body).__name__} does not bend."
             raise InputError(f"{text} Reduce a FlexibleLink, FlexibleFrame or PlaneBody; leave others as they are.")
@@ -280,32 +264,26 @@ class Reduced(MeshBody):
         return accuracy(self.basis, self.element, count, held, forces)
 
     def nodes(self) -> tuple[Node, ...]:
-        """Pins, then nodes of vibrations."""
         return self.model.placed(self.basis.nodes)
 
     @property
     def main(self) -> str:
-        """The first pin."""
         return self._pins[0].name
 
     @property
     def aliases(self) -> dict[str, str]:
-        """Other names of pins, as the body gives them."""
         names = {pin.name for pin in self._pins}
         return {alias: node for alias, node in self.body.aliases.items() if node in names}
 
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
-        """The pin at `point`; `owner` names who asks, for messages."""
         remedy = "or make it a pin of the body, which a reduced one keeps"
         node = nearest_node(self.label, owner, self._pins, point, self._extent or 1.0, remedy)
         return Attachment(self.name, node.name, (0.0, 0.0))
 
     def references(self) -> tuple[str, ...]:
-        """No other part: the body is this one."""
         return ()
 
     def total_mass(self) -> float:
-        """Mass [kg]."""
         return self.element.mass
 
     def start_velocity(self) -> tuple[float, float, float] | None:
@@ -326,7 +304,6 @@ class Reduced(MeshBody):
         return vx - omega * (first.y - main.y), vy + omega * (first.x - main.x), omega
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the body alone
-        """The body as a mesh: that of a plane body, strips for beams."""
         model, moved = self.model, self.moved_by
         if model.drawn is None or model.drawn_by is None:
             return ()
@@ -352,27 +329,22 @@ class Reduced(MeshBody):
 
     @property
     def seeks_stress(self) -> bool:
-        """Whether every accepted step looks for the largest stress."""
         return self.body.seeks_stress if self.stress is None else self.stress
 
     @property
     def whole_body(self) -> Reducible:
-        """The body with all its nodes."""
         return self.body
 
     @property
     def all_materials(self) -> tuple[Material, ...]:
-        """Materials of the body with all its nodes."""
         return self.body.all_materials
 
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the points of the mesh that shows the body, in the reference configuration [m]."""
         model, (c, s) = self.model, (np.cos(self.model.direction), np.sin(self.model.direction))
         own = np.zeros((0, 2)) if model.drawn is None else np.array(model.drawn.points)
         return np.asarray(model.origin + own @ np.array([[c, s], [-s, c]]))
 
     def left_out(self, load: NodalLoad) -> float:
-        """Share of the strain energy of a `load` on the mesh that the kept shapes cannot show, with all pins held."""
         whole, left = left_out(self, self.model.shape.T @ load.forces.ravel())
         return left / whole if whole > 0.0 else 0.0
 
@@ -383,15 +355,12 @@ class Reduced(MeshBody):
 
     @property
     def plane(self) -> PlaneBody | None:
-        """The body with all nodes of its mesh; None for one of beams."""
         return self.body.plane if isinstance(self.body, MeshBody) else None
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a load `name` on the mesh, times the value of `history`."""
         return load_contributions(self, name, load, history)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on all nodes, and the largest stress."""
         coordinates = self.coordinates
         p = self.element.parameters(mechanism.gravity)
         element = REDUCED.contribution(self.name, coordinates, p)

@@ -276,8 +276,8 @@ class JournalBearing(Oiled, RevoluteClearance):
         return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = self.ends(mechanism)
-        coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
+        ends = self.ends(mechanism)
+        coordinates, p = ends.coordinates, self.numbers(ends.first.offset, ends.second.offset)
         told, before, behind = (kernels.film_signal, kernels.SIGNALS), p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
         signals = signal_contributions(self.name, *told, coordinates, before, behind=behind)
         film = kernels.JOURNAL_FILM.contribution(self.name, coordinates, p)

@@ -93,7 +93,6 @@ class ClosedFilm(Film):
         theta: np.ndarray,
         widest: float,  # noqa: ARG002 - asked by others
     ) -> np.ndarray:
-        """Pressure (n,) in the middle of the width [Pa]; radius, clearance, motion, theta, widest as of `Film`."""
         found = film.pressures(self.kind, self.extent, *motion, theta)
         return self.scales(radius, clearance)[PRESSURE] * found
 
@@ -217,7 +216,6 @@ class FiniteBearing(Film):
         return (*turned, *(angle + 2.0 * math.pi for angle in turned[:1]))
 
     def numbers(self, radius: float, clearance: float) -> dict[int, float]:
-        """Parameters of the film; `radius` and `clearance` as of `Film.numbers`."""
         return super().numbers(radius, clearance) | ({KIND: film.PADS} if self.grooves else {})
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
@@ -227,7 +225,6 @@ class FiniteBearing(Film):
     def pressures(
         self, radius: float, clearance: float, motion: tuple[float, float, float], theta: np.ndarray, widest: float
     ) -> np.ndarray:
-        """Pressure (n,) in the middle of the width [Pa]; radius, clearance, motion, theta, widest as of `Film`."""
         found, half = np.zeros(len(theta)), 0.5 * self.groove_width
         ends = pairwise(self.turned)
         pads: list[tuple[float, float] | None] = [(one + half - widest, end - one - 2.0 * half) for one, end in ends]
@@ -238,7 +235,6 @@ class FiniteBearing(Film):
         return self.scales(radius, clearance)[PRESSURE] * found
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
-        """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""
         if thinnest < film.THINNEST:
             text = f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness;"
             text += f" the table of a FiniteBearing ends at {film.THINNEST:g}."

@@ -248,12 +248,12 @@ class SliderBearing(Oiled, PrismaticClearance):
             raise InputError(f'{text} it is "{self.film.cavitation}".')
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates, place, angle = self.geometry(mechanism)
-        numbers = dict(zip(range(ANGLE), place, strict=True)) | {
-            ANGLE: angle, GAP: self.clearance, HEIGHT: self.roughness, HALF: self.half_length,
+        ideal = self.ideal(mechanism)
+        numbers = dict(enumerate(ideal.p)) | {
+            GAP: self.clearance, HEIGHT: self.roughness, HALF: self.half_length,
             VISCOSITY: self.film.viscosity, WIDTH: self.film.width, CHOSEN: 0.0,
         }  # fmt: skip
         p = packed(numbers)
-        signals = signal_contributions(self.name, guide_film_signal, SIGNALS, coordinates, p[:CHOSEN])
-        film = GUIDE_FILM.contribution(self.name, coordinates, p)
+        signals = signal_contributions(self.name, guide_film_signal, SIGNALS, ideal.coordinates, p[:CHOSEN])
+        film = GUIDE_FILM.contribution(self.name, ideal.coordinates, p)
         return [*super().contributions(mechanism), film, *signals]

@@ -350,13 +350,9 @@ def mass_damping_pieces(
             mass[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = data.bending_mass[k]
             mass += np.diag([x for lump, inertia in ends for x in (lump, lump, inertia)])
             coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
-            contributions.append(damping_element(part, coordinates, zeta, 2, mass, directions[k] - direction(axis)))
+            turn = directions[k] - planar.direction(axis.start, axis.end)
+            contributions.append(damping_element(part, coordinates, zeta, 2, mass, turn))
     return contributions
-
-
-def direction(beam: Beam) -> float:
-    """Direction from start to end of a beam in the reference configuration [rad]."""
-    return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
 
 
 def chord_directions(beam: Beam) -> list[float]:
@@ -411,7 +407,7 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
             centre = planar.from_frame(start, angle, (along, aside))
             parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
         return parts
-    angle = direction(beam)
+    angle = planar.direction(beam.start, beam.end)
     parts = []
     for k, length in enumerate(data.lengths):
         ma, mb = data.axial_mass[k], data.bending_mass[k]

@@ -6,11 +6,11 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import ClassVar, cast
+from typing import ClassVar
 
 import numpy as np
 
-from flexmb import planar
+from flexmb import checks, planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
@@ -95,9 +95,7 @@ class FlexibleBody(ElasticBody):
         if isinstance(self.section, list):
             object.__setattr__(self, "section", tuple(self.section))
         for section in self._sections:
-            if not isinstance(section, Section):
-                text = f"{self.label}: section is {section!r};"
-                raise InputError(f"{text} it must be a cross section such as Rectangle(...).")
+            checks.instance(self.label, "section", section, Section, "a cross section such as Rectangle(...)")
         if self.stress and not self.knows_stress:
             text = f"{self.label}: stress is True, and a section does not know its outer fibre"
             raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
@@ -134,16 +132,13 @@ class FlexibleBody(ElasticBody):
         return all(map(flexible.knows_stress, self._sections))
 
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes in the reference configuration [m]."""
         return np.array([(node.x, node.y) for node in self.nodes()])
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
-        """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
         strain = self._strains(lambda names: np.array([[pose[name] for name in names]])).max()
         return float(strain), float(strain) * self.material.young
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
-        """Largest strain and stress [Pa] at the poses of a `motion`, and when [s]."""
         strains = self._strains(lambda names: motion.rows(*names))
         k = int(np.argmax(strains))
         return float(strains[k]), float(strains[k]) * self.material.young, float(motion.times[k])
@@ -176,12 +171,6 @@ class FlexibleBody(ElasticBody):
         size = max([planar.distance(points[0], corner) for corner in points[1:]])
         node = flexible.nearest_node(self.label, owner, self.nodes(), point, size)
         return Attachment(self.name, node.name, (0.0, 0.0))
-
-    def start_velocity(self) -> flexible.Triple | flexible.Field | None:
-        return cast("flexible.Triple | flexible.Field | None", self.velocity)
-
-    def start_displacement(self) -> flexible.Field | None:
-        return cast("flexible.Field | None", self.displacement)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         nodes = {n.name: n for n in self.nodes()}

@@ -227,9 +227,6 @@ class PointMass(Body):
         # any moment of inertia will do
         return [node_mass(self.name, "", self.mass, self.mass, mechanism.gravity), held]
 
-    def total_mass(self) -> float:
-        return self.mass
-
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse parts that need the rotation of the particle."""
         for part, contribution, place in mechanism.acting_on((self.name, "", 2)):
@@ -312,7 +309,7 @@ class Bar(Body):
     @property
     def angle(self) -> float:
         """Direction of the axis in the reference configuration [rad]."""
-        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+        return planar.direction(self.start, self.end)
 
 
 @record
@@ -344,14 +341,8 @@ class RigidBody(Body):
     def attach(self, owner: str, point: Point) -> Attachment:  # noqa: ARG002 - any point of the plane will do
         return Attachment(self.name, "", planar.to_frame(self.at, self.theta, point))
 
-    def start_velocity(self) -> tuple[float, float, float] | None:
-        return self.velocity
-
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
-
-    def total_mass(self) -> float:
-        return self.mass
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The outline, or a star from the centre of mass to the joints."""
@@ -418,18 +409,12 @@ class RigidLink(Bar):
             raise InputError(f"{text} Move the point onto the axis, or use RigidBody for a body with joints anywhere.")
         return Attachment(self.name, "", (along, across))
 
-    def start_velocity(self) -> tuple[float, float, float] | None:
-        return self.velocity
-
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         mass, inertia = self.mass, self.inertia
         if self.is_massless:
             mass = MASSLESS * min((body.total_mass() for body in mechanism.bodies if not body.is_massless), default=1.0)
             inertia = mass * self.length * self.length / 12.0
         return [node_mass(self.name, "", mass, inertia, mechanism.gravity)]
-
-    def total_mass(self) -> float:
-        return self.mass
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
         """Findings on an odd radius of gyration, and on joints far beyond the ends."""

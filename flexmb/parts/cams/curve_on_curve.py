@@ -376,9 +376,7 @@ def signed_distance(polygon: np.ndarray, point: Any) -> float:
     to, chord = polygon - np.asarray(point), np.roll(polygon, -1, axis=0) - polygon
     share = np.clip(-np.sum(to * chord, axis=1) / np.sum(chord * chord, axis=1), 0.0, 1.0)
     away = float(np.hypot(*(to + share[:, None] * chord).T).min())
-    ahead = np.roll(to, -1, axis=0)
-    turn = np.arctan2(to[:, 0] * ahead[:, 1] - to[:, 1] * ahead[:, 0], np.sum(to * ahead, axis=1))
-    return -away if abs(float(turn.sum())) > math.pi else away
+    return -away if planar.surrounds(to) else away
 
 
 def along(line: Line) -> tuple[float, float]:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from flexmb import checks, display
+from flexmb import checks, display, planar
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, point, positive, record
-from flexmb.parts.cams.spans import area, crossing, curvatures, sampled, values_at
+from flexmb.parts.cams.spans import crossing, curvatures, sampled, values_at
 
 CIRCLE_POINTS = 72  # number of segments of a drawn circle
 
@@ -132,7 +132,7 @@ class ClosedCurve(Input):
             raise InputError(f"{text}, one span for each point. Leave spans out for a spline.")
         check_joined(points, spans)
         polygon = sampled(spans, SAMPLES)
-        if area(polygon) < 0.0:
+        if planar.area(polygon) < 0.0:
             flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
             spans = np.asarray(np.einsum("ij,naj->nai", flip, spans)[::-1])  # of the curve traversed the other way
         place = crossing(polygon)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, record
 from flexmb.parts.cams.curves import ClosedCurve, point_array, tuples
-from flexmb.parts.cams.spans import area, crossing, sampled
+from flexmb.parts.cams.spans import crossing, sampled
 
 # Biarcs: smooth curves as chains of circular arcs with common tangents
 
@@ -116,7 +116,7 @@ class Outline(Input):
             raise InputError(f"Outline: points {k} and {k + 1} are both ({x:.6g}, {y:.6g}) m; leave one of them out.")
         points, bulges = _halved(points, bulges)
         polygon = _polygon(points, bulges)
-        if area(polygon) < 0.0:
+        if planar.area(polygon) < 0.0:
             points, bulges = points[::-1], -np.roll(bulges[::-1], -1)
         place = crossing(polygon)
         if place is not None:
@@ -134,8 +134,7 @@ class Outline(Input):
         InputError : a tolerance that needs more than 128 arcs between two points of the curve.
         """
         name = "Outline.from_curve"
-        if not isinstance(curve, ClosedCurve):
-            raise InputError(f"{name}: curve is {curve!r}; it must be a ClosedCurve.")
+        checks.instance(name, "curve", curve, ClosedCurve, "a ClosedCurve")
         found = biarcs(curve.array, checks.positive(name, "tolerance", tolerance, "m"))
         if found is None:
             text = f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m;"
@@ -159,7 +158,7 @@ class Outline(Input):
         angles = 4.0 * np.arctan(bulges)
         with np.errstate(divide="ignore", invalid="ignore"):
             radii = np.where(bulges == 0.0, 0.0, chords * (1.0 + bulges**2) / (4.0 * bulges))
-        return area(points) + float(np.sum(0.5 * radii**2 * (angles - np.sin(angles))))
+        return planar.area(points) + float(np.sum(0.5 * radii**2 * (angles - np.sin(angles))))
 
     @property
     def polygon(self) -> np.ndarray:

@@ -341,8 +341,7 @@ def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Je
 def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> ClosedCurve:
     """The profile with as many spans as ACCURACY needs, or `InputError` for undercut."""
     # The curve gives x, y and a number > 0 by the jets of cam angle and lift; `at` is the axis of the cam [m].
-    if not isinstance(lift, Lift):
-        raise InputError(f"{name}: lift is {lift!r}; it must be a Lift.")
+    checks.instance(name, "lift", lift, Lift, "a Lift")
     x, y = checks.point(name, "at", at)
     spans = np.concatenate([_interval(name, lift, piece, curve) for piece in lift.intervals()])
     spans[:, :, 0] += (x, y)

@@ -43,12 +43,6 @@ def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
     return np.asarray(np.einsum("nai,iu->nua", spans, powers))
 
 
-def area(points: np.ndarray) -> float:
-    """Area of a polygon (n, 2), > 0 for a counter-clockwise one."""
-    x, y = points.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
 def _until_crossing(a: np.ndarray, d: np.ndarray, b: np.ndarray, e: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shares s, t (n, m) of sides d (n, 2) from a and e (m, 2) from b up to where both cross; inf or nan: parallel."""
     between = b[None, :, :] - a[:, None, :]

@@ -96,7 +96,6 @@ class CylinderLaw(DampedElasticLaw):
         return sum(m.compliance for m in self.materials) / math.pi
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
-        """The law for these radii [m]."""
         name = type(self).__name__
         R1 = checks.positive(name, "bearing_radius", bearing_radius, "m")
         R2 = checks.positive(name, "journal_radius", journal_radius, "m")

@@ -27,7 +27,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError, RestitutionWarning
-from flexmb.fields import Rule, between, both, field, not_negative, one_of, positive, record, variant
+from flexmb.fields import Rule, field, not_negative, one_of, positive, record, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
 from flexmb.namespace import level_of_user
@@ -197,7 +197,7 @@ class DampedElasticLaw(NormalLaw):
         Contacts that begin slower than `least_approach` return more.
         """
         name = type(self).__name__
-        asked = self.restitution if e is None else checks.between(name, "e", checks.positive(name, "e", e), 0.0, 1.0)
+        asked = self.restitution if e is None else checked_restitution(name, "e", e)
         return delivered_restitution(self.chi(asked))
 
     def history(self) -> tuple[float, ...]:
@@ -244,7 +244,6 @@ class DampedElasticLaw(NormalLaw):
             yield "lasting-contact", text
 
     def damped_since_onset(self, history: Sequence[float]) -> str:
-        """Sentence on the speed that scales the damping of a lasting contact of that `history`; "" without damping."""
         approach = history[APPROACH]
         if self.restitution == 1.0:
             return ""
@@ -257,7 +256,12 @@ class DampedElasticLaw(NormalLaw):
         return InputError(f"{type(self).__name__}: the stiffness depends on radii; use it in a clearance joint.")
 
 
-RESTITUTION = both(positive, between(0.0, 1.0))  # rule of a coefficient of restitution e
+def checked_restitution(owner: str, name: str, value: object, *_: str) -> float:
+    """A coefficient of restitution e in (0, 1], or `InputError`."""
+    return checks.between(owner, name, checks.positive(owner, name, value), 0.0, 1.0)
+
+
+RESTITUTION = Rule(checked_restitution, "> 0, between 0 and 1")
 
 
 def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any:
@@ -349,7 +353,6 @@ class HysteresisLaw(DampedElasticLaw):
         )
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
-        """The law with its stiffness for these radii [m]."""
         law = copy.copy(self)  # not made anew: a warning was given where the user made it
         object.__setattr__(law, "radii", (bearing_radius, journal_radius))
         if self.stiffness is None and self.materials is not None:

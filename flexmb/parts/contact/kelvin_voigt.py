@@ -97,7 +97,6 @@ class KelvinVoigt(NormalLaw):
         return _restitution(self.damping / (2.0 * math.sqrt(self.stiffness * m)))
 
     def history(self) -> tuple[float, ...]:
-        """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
 
 

@@ -172,8 +172,7 @@ class Control(Controller):
         states, start = tuple(name for name, _ in self.states), tuple(value or 0.0 for _, value in self.states)
         units = ("",) * len(states), ("",) * len(self.output_names)
         settled = tuple(k for k, (_, value) in enumerate(self.states) if value is None)
-        sample = None if self.sample is None else float(self.sample)
-        return ControlContribution(*given, states, start, sample, *units, settled)
+        return ControlContribution(*given, states, start, self.sample, *units, settled)
 
 
 (CURRENT,) = range(1)  # place of the current among the states
@@ -446,5 +445,4 @@ class PID(Controller):
         states = (*(("integral",) if self.ki != 0.0 else ()), *(("filter",) if filtered else ()))
         loads, n = () if self.load is None else (name_of(self.load),), len(states)
         given = self.name, pid_law, self.numbers(), tuple(inputs), loads, ("output",), states, (0.0,) * n
-        sample = None if self.sample is None else float(self.sample)
-        return ControlContribution(*given, sample, ("",) * n, ("",), (n - 1,) if filtered else ())
+        return ControlContribution(*given, self.sample, ("",) * n, ("",), (n - 1,) if filtered else ())

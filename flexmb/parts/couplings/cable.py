@@ -24,6 +24,7 @@ from flexmb.model.part import PointToPoint, WatchedMotion, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import arms_of, dot
+from flexmb.parts.joints.revolute import drawn_theta
 from flexmb.parts.joints.stop import NO_CLEARANCE, own_stiffness, strand, strand_gap_kernel, strand_length
 
 FIRST_ANGLE, SECOND_ANGLE = 2, 5  # places of the angles of two nodes among their coordinates
@@ -88,10 +89,9 @@ class Distance(PointToPoint):
         return (LineShape(self.name, ROD, first.place, second.place),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = self.ends(mechanism)
-        p = (*first.offset, *second.offset, planar.distance(self.at, self.to))
-        coordinates, tension = (*first.coordinates, *second.coordinates), Reaction("force", "N", 0, -1.0)
-        return [ConstraintContribution(self.name, distance_kernel, coordinates, p, 1, reactions=(tension,))]
+        ends, tension = self.ends(mechanism), Reaction("force", "N", 0, -1.0)
+        p = (*ends.offsets, planar.distance(self.at, self.to))
+        return [ConstraintContribution(self.name, distance_kernel, ends.coordinates, p, 1, reactions=(tension,))]
 
 
 LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
@@ -165,12 +165,12 @@ class Cable(PointToPoint):
             yield found("unreal-motion", (self.name,), text, remedy, time=when, stretch=stretch, length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = self.ends(mechanism)
-        coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
+        ends = self.ends(mechanism)
+        coordinates, offsets = ends.coordinates, ends.offsets
         ux, uy, size = self._drawn()
         if any(self.radii) and size == 0.0:
             raise ModelError(f"{self.label}: its drums overlap, so there is no strand between them. Move one of them.")
-        turns = [mechanism.body(end.part).node(end.node).theta for end in (first, second)]
+        turns = [drawn_theta(mechanism, end) for end in ends]
         period = 2.0 * math.pi * abs(sum(self.radii))
         wound = self.radii[0] * turns[0] + self.radii[1] * turns[1]
         p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))

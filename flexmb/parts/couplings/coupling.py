@@ -35,12 +35,16 @@ def angle_of(mechanism: Mechanism, part: str, owner: str) -> tuple[Coordinate, f
 
 
 def angles_contribution(
-    name: str, factors: Mapping[Coordinate, float], angles: Mapping[Coordinate, float], reactions: tuple[Reaction, ...]
+    mechanism: Mechanism, owner: Part, factors: Sequence[tuple[Part, float]], reactions: tuple[Reaction, ...]
 ) -> ConstraintContribution:
     """Equation sum of factor times angle = its value as drawn [rad]; factors in metres make the multiplier a force."""
-    value = sum(factor * angles[coordinate] for coordinate, factor in factors.items())
-    p = (*factors.values(), value)
-    return ConstraintContribution(name, angles_kernel, tuple(factors), p, 1, reactions=reactions)
+    found = [
+        (*angle_of(mechanism, part.name, owner.label), factor) for part, factor in factors if part.name != GROUND.name
+    ]
+    value = sum(factor * angle for _, angle, factor in found)
+    p = (*(factor for *_, factor in found), value)
+    coordinates = tuple(coordinate for coordinate, *_ in found)
+    return ConstraintContribution(owner.name, angles_kernel, coordinates, p, 1, reactions=reactions)
 
 
 @record
@@ -62,12 +66,8 @@ class SameRotation(Part):
         refuse_one_body(self, "couples {} with")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        factors, angles = {}, {}
-        for part, factor in ((self.first, -1.0), (self.second, 1.0)):
-            coordinate, angle = angle_of(mechanism, part.name, self.label)
-            if part.name != GROUND.name:
-                factors[coordinate], angles[coordinate] = factor, angle
-        return [angles_contribution(self.name, factors, angles, (Reaction("torque", "N m", 0, 1.0),))]
+        factors = (self.first, -1.0), (self.second, 1.0)
+        return [angles_contribution(mechanism, self, factors, (Reaction("torque", "N m", 0, 1.0),))]
 
 
 COUNT, VALUE, BEGIN = range(3)  # places in p: number of joints, value of the sum; where the joints begin
@@ -200,9 +200,9 @@ class Coupling(Part):
         acting: tuple[Coordinate, ...]
         for joint, factor in joints:
             ends = joint.ends(mechanism)
-            coordinates = (*ends[0].coordinates, *ends[1].coordinates)
+            coordinates = ends.coordinates
             if isinstance(joint, Prismatic):
-                turns, acting, own = False, coordinates, joint.geometry(mechanism)[1]
+                turns, acting, own = False, coordinates, joint.line(mechanism)
             else:
                 turns, acting = True, coordinates[2::3]
                 own = (drawn_angle(mechanism, ends), *(5 * (0.0,)))

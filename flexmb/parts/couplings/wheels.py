@@ -23,11 +23,10 @@ from flexmb.fields import between, count, directed, either, field, point, positi
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import (
-    Attachment,
     ConstraintContribution,
     ContactContribution,
     Contribution,
-    Coordinate,
+    Ends,
     JointFriction,
     Reaction,
     node_coordinates,
@@ -41,6 +40,7 @@ from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending,
 from flexmb.parts.couplings.coupling import angle_of, angles_contribution
 from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import direction_row
+from flexmb.parts.joints.revolute import drawn_direction, drawn_theta
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 
 STEEPEST = 1.0 - 1e-9  # largest cosine of the operating pressure angle: closer axes count as this far apart
@@ -241,10 +241,10 @@ class Wheels(Part):
         node = body.node(body.main)
         return node.x, node.y
 
-    def _mounts(self, mechanism: Mechanism) -> list[Attachment]:
+    def _mounts(self, mechanism: Mechanism) -> Ends:
         """Centres of both wheels as points of their bodies."""
         wheels = zip((self.first, self.second), self._axes(mechanism), strict=True)
-        return [mechanism.body(wheel.name, self.label).attach(self.label, centre) for wheel, centre in wheels]
+        return Ends(*(mechanism.body(wheel.name, self.label).attach(self.label, centre) for wheel, centre in wheels))
 
     def _circles(self, mechanism: Mechanism, radii: Point) -> Shapes:
         """Pitch circles with the radii [m] about the centres of the wheels that move."""
@@ -257,30 +257,25 @@ class Wheels(Part):
         """Equation r1 theta1 + r2 theta2 - (r1 + r2) phi = constant, with the direction phi of the line of centres."""
         # radii : of the wheels [m], negative for a wheel that turns with the first one;  along : kernel of the force
         # along the line of centres, and its parameters behind the points
-        (first, second), ((x1, y1), (x2, y2)) = self._mounts(mechanism), self._axes(mechanism)
+        ends, ((x1, y1), (x2, y2)) = self._mounts(mechanism), self._axes(mechanism)
         if math.hypot(x2 - x1, y2 - y1) <= COAXIAL * (abs(radii[0]) + abs(radii[1])):
             return self._coaxial(mechanism, radii)
-        coordinates: tuple[Coordinate, ...] = (*first.coordinates, *second.coordinates)
-        offsets, phi, drawn = (*first.offset, *second.offset), math.atan2(y2 - y1, x2 - x1), 0.0
+        coordinates, offsets, phi, drawn = ends.coordinates, ends.offsets, math.atan2(y2 - y1, x2 - x1), 0.0
         if self.arm.name != GROUND.name:
             arm, drawn = angle_of(mechanism, self.arm.name, self.label)
             coordinates = (*coordinates, arm)
-        turns = [mechanism.body(m.part).node(m.node).theta for m in (first, second)]
+        turns = [drawn_theta(mechanism, end) for end in ends]
         value = radii[0] * turns[0] + radii[1] * turns[1] - sum(radii) * phi
         push = JointFriction(along[0], (*offsets, *along[1]), Push(), ("", "")) if along else None
-        p, told = (*radii, *offsets, phi - drawn, value), _reactions(radii, -1 if second.part == GROUND.name else 5)
-        return ConstraintContribution(self.name, rolling_kernel, coordinates, p, 1, joint_friction=push, reactions=told)
+        told = _reactions(radii, -1 if ends.second.part == GROUND.name else 5)
+        own = self.name, rolling_kernel, coordinates, (*radii, *offsets, phi - drawn, value), 1
+        return ConstraintContribution(*own, joint_friction=push, reactions=told)
 
     def _coaxial(self, mechanism: Mechanism, radii: Point) -> ConstraintContribution:
         """Relation with the angle of the arm for phi: shafts in line, whose casing takes the difference of torques."""
-        factors, angles = {}, {}
-        for part, radius in zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True):
-            coordinate, angle = angle_of(mechanism, part.name, self.label)
-            if part.name != GROUND.name:  # the angle of the ground is 0
-                factors[coordinate], angles[coordinate] = radius, angle
-        second = angle_of(mechanism, self.second.name, self.label)[0]
-        told = _reactions(radii, list(factors).index(second) if second in factors else -1)
-        return angles_contribution(self.name, factors, angles, told)
+        factors = list(zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True))
+        second = -1 if self.second.name == GROUND.name else int(self.first.name != GROUND.name)
+        return angles_contribution(mechanism, self, factors, _reactions(radii, second))
 
 
 def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
@@ -533,12 +528,10 @@ class Rack(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
         end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
-        turned = rack.node(end.node).theta
-        direction = math.atan2(self.along[1], self.along[0])
-        radius = self.radius(mechanism)
-        travel = math.cos(direction) * (node.x - self.at[0]) + math.sin(direction) * (node.y - self.at[1])
-        value = travel + radius * (node.theta - turned)
-        u = math.cos(direction - turned), math.sin(direction - turned)
+        angle, radius = math.atan2(self.along[1], self.along[0]), self.radius(mechanism)
+        travel = math.cos(angle) * (node.x - self.at[0]) + math.sin(angle) * (node.y - self.at[1])
+        value = travel + radius * (node.theta - rack.node(end.node).theta)
+        u = drawn_direction(mechanism, end, self.along)
         coordinates = (*end.coordinates, *((pinion.name, pinion.main, axis) for axis in (0, 1, 2)))
         power = Reaction("power", "W", on=(3, 4, 5), power=True)
         reactions = (Reaction("force", "N", 0, 1.0), Reaction("torque", "N m", 0, radius), power)

@@ -11,13 +11,13 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import Rule, directed, field, not_negative, record
 from flexmb.kernels import compiled, element_kernel, signal_kernel
-from flexmb.model.contributions import Attachment, ConstraintContribution, Contribution, signal_contributions
+from flexmb.model.contributions import ConstraintContribution, Contribution, Ends, signal_contributions
 from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.parts.joints.contact_point import add_curvature, curvature_times, direction, dot
 from flexmb.parts.joints.pin_slot import slot_kernel
-from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle
+from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle, drawn_direction
 from flexmb.places import packed
 
 Pair = float | tuple[float, float]
@@ -146,25 +146,23 @@ class Bushing(Joint):
             raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = ends = self.ends(mechanism)
-        coordinates = (*first.coordinates, *second.coordinates)
-        angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
+        ends = self.ends(mechanism)
+        ux, uy = drawn_direction(mechanism, ends.first, self.along)
         (kx, ky), (cx, cy) = self.stiffness, self.damping  # type: ignore[misc]
-        (x1, y1), (x2, y2) = first.offset, second.offset
+        x1, y1, x2, y2 = ends.offsets
         numbers = {STIFFNESS_X: kx, STIFFNESS_Y: ky, TORSION: self.torsion}
         numbers |= {DAMPING_X: cx, DAMPING_Y: cy, TORSION_DAMPING: self.torsion_damping}
-        numbers |= {AXIS_X: math.cos(angle), AXIS_Y: math.sin(angle), ANGLE: drawn_angle(mechanism, ends)}
+        numbers |= {AXIS_X: ux, AXIS_Y: uy, ANGLE: drawn_angle(mechanism, ends)}
         numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
         p = packed(numbers)
-        signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
-        return [BUSHING.contribution(self.name, coordinates, p), *signals, self._held(ends, p)]
+        signals = signal_contributions(self.name, bushing_signal, SIGNALS, ends.coordinates, p)
+        return [BUSHING.contribution(self.name, ends.coordinates, p), *signals, self._held(ends, p)]
 
-    def _held(self, ends: tuple[Attachment, Attachment], p: tuple[float, ...]) -> ConstraintContribution:
+    def _held(self, ends: Ends, p: tuple[float, ...]) -> ConstraintContribution:
         """Coincidence of the points while start values are computed, along the axes that have stiffness."""
         if min(self.stiffness) > 0.0:  # type: ignore[arg-type]
             return coincidence_piece(self.name, ends, holds="start")
         ux, uy = p[AXIS_X], p[AXIS_Y]
         free = (ux, uy) if self.stiffness[0] == 0.0 else (-uy, ux)  # type: ignore[index]
-        coordinates, offsets = (*ends[0].coordinates, *ends[1].coordinates), p[OFFSET1_X:ANGLE]
-        p = (*free, *offsets)
-        return ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:], holds="start")
+        own = self.name, slot_kernel, ends.coordinates, (*free, *ends.offsets), 1, ends.second.coordinates
+        return ConstraintContribution(*own, holds="start")

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, cast
 
 from flexmb.fields import directed, field, not_negative, positive, record
 from flexmb.kernels import constraint_kernel, gap_kernel, joint_friction_kernel
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Joint
-from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import (
     add_curvature,
@@ -24,7 +22,7 @@ from flexmb.parts.joints.contact_point import (
     put_eccentricity,
     put_point,
 )
-from flexmb.parts.joints.prismatic import direction_row, travel_contributions
+from flexmb.parts.joints.prismatic import OnLine, direction_row, travel_contributions
 from flexmb.parts.joints.revolute import rubbing
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
@@ -96,7 +94,7 @@ def slot_gap_kernel(p, q, v, out):
 
 
 @record
-class PinSlot(Joint):
+class PinSlot(OnLine):
     """Ideal pin in a straight slot: a point of the second body stays on a line of the first, and turns freely.
 
     The pin and the middle of the slot are at `at`.
@@ -111,24 +109,11 @@ class PinSlot(Joint):
     along: tuple[float, float] = field("direction of the slot", rule=directed, default=(1.0, 0.0))
 
     kind = "slot"
-    holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates, p = self._geometry(mechanism)
+        coordinates, p = self.ends(mechanism).coordinates, self.line(mechanism)
         row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, *travel_contributions(self.name, coordinates, p)]
-
-    def shapes(self, mechanism: Mechanism) -> Shapes:
-        slot, pin = self.ends(mechanism)
-        c, s, *_ = self._geometry(mechanism)[1]
-        return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=(c, s)),)
-
-    def _geometry(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
-        """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
-        first, second = self.ends(mechanism)
-        angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
-        p = (math.cos(angle), math.sin(angle), *first.offset, *second.offset)
-        return (*first.coordinates, *second.coordinates), p
 
 
 @record
@@ -173,12 +158,12 @@ class PinSlotClearance(PinSlot):
         return worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates, p = self._geometry(mechanism)
+        p = self.line(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)
         sizes, laws = (self.clearance, reach, self.pin_radius), (normal, self.friction)
-        contact = ContactContribution(self.name, slot_gap_kernel, coordinates, (*sizes, *p), *laws)
         row, *signals = super().contributions(mechanism)
         friction = rubbing(self.friction, slot_friction, (*p, self.pin_radius))
         ideal = replace(cast("ConstraintContribution", row), joint_friction=friction, holds="closed")
+        contact = ContactContribution(self.name, slot_gap_kernel, ideal.coordinates, (*sizes, *p), *laws)
         return [contact, *signals, ideal]

@@ -27,7 +27,7 @@ from flexmb.model.part import Joint, Part
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints import contact_point
-from flexmb.parts.joints.revolute import Revolute, drawn_angle, rubbing
+from flexmb.parts.joints.revolute import Revolute, drawn_angle, drawn_direction, rubbing
 
 if TYPE_CHECKING:
     from flexmb.parts.wear.worn_guide import WornGuide
@@ -103,32 +103,36 @@ def travel_contributions(
 
 
 @record
-class Guide(Joint):
+class OnLine(Joint):
+    """Base of joints that hold a point of the second body on a line of the first."""
+
+    along: tuple[float, float] = field("direction of the line", rule=directed, default=(1.0, 0.0))
+
+    holds_point = False
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        line, point = self.ends(mechanism)
+        along = self.line(mechanism)[:2]
+        return (PointShape(self.name, self.kind, *point.place, other=line.place, along=along),)
+
+    def line(self, mechanism: Mechanism) -> tuple[float, float, float, float, float, float]:
+        """Direction of the line in `mechanism`, and both points, in the frames of their nodes."""
+        ends = self.ends(mechanism)
+        return (*drawn_direction(mechanism, ends.first, self.along), *ends.offsets)
+
+
+@record
+class Guide(OnLine):
     """Base of joints whose second body slides along a guide of the first."""
 
     at: Any = field("the joint's point; None: the main node of the second body", "m", point, default=None)
     along: tuple[float, float] = field("direction of the guide", rule=directed, default=(1.0, 0.0))
 
-    holds_point = False
-
-    def shapes(self, mechanism: Mechanism) -> Shapes:
-        guide, slider = self.ends(mechanism)
-        along = self.geometry(mechanism)[1][:2]
-        return (PointShape(self.name, self.kind, *slider.place, other=guide.place, along=along),)
-
     def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
         """The two constraint equations of a slider without clearance in `mechanism`."""
-        coordinates, p, angle = self.geometry(mechanism)
-        own = (*p, angle), 2, coordinates[3:], 1
-        return ConstraintContribution(self.name, guide_kernel, coordinates, *own, columns=OF_GUIDE, curved=BY_TURN)
-
-    def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
-        """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; angle."""
-        first, second = ends = self.ends(mechanism)
-        theta = mechanism.body(first.part).node(first.node).theta
-        direction = math.atan2(self.along[1], self.along[0]) - theta
-        p = (math.cos(direction), math.sin(direction), *first.offset, *second.offset)
-        return (*first.coordinates, *second.coordinates), p, drawn_angle(mechanism, ends)
+        ends = self.ends(mechanism)
+        own = (*self.line(mechanism), drawn_angle(mechanism, ends)), 2, ends.second.coordinates, 1
+        return ConstraintContribution(self.name, guide_kernel, ends.coordinates, *own, columns=OF_GUIDE, curved=BY_TURN)
 
 
 @record
@@ -160,18 +164,16 @@ class Prismatic(Guide):
         contact_point.check_friction(self, "length")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        ideal, (coordinates, line, _) = self.ideal(mechanism), self.geometry(mechanism)
-        signals = travel_contributions(self.name, coordinates, line)
+        ideal, line = self.ideal(mechanism), self.line(mechanism)
+        signals = travel_contributions(self.name, ideal.coordinates, line)
         if self.friction is None or self.length is None:
             return [ideal, *signals]
         p = (*line, self.length, self.preload)
         return [replace(ideal, joint_friction=JointFriction(contact_point.guide_friction, p, self.friction)), *signals]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        coordinates, p, _ = self.geometry(mechanism)
-        return ConstraintContribution(
-            self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
-        )
+        own = self.name, travel_kernel, self.ends(mechanism).coordinates, self.line(mechanism), 1
+        return ConstraintContribution(*own, is_drive=True, drive_units=("m", "N"))
 
 
 def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
@@ -242,16 +244,12 @@ class Clamp(Joint):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = ends = self.ends(mechanism)
-        coordinates = (*first.coordinates, *second.coordinates)
-        p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
+        ends = self.ends(mechanism)
+        p = (*ends.offsets, drawn_angle(mechanism, ends))
         driven = ((row, getattr(self, name), name, units) for row, (name, *units) in enumerate(ROWS))
         motions = tuple(RowMotion(row, law, name, (u, f)) for row, law, name, (u, f) in driven if law is not None)
-        return [
-            ConstraintContribution(
-                self.name, clamp_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2, motions=motions
-            )
-        ]
+        own = self.name, clamp_kernel, ends.coordinates, p, 3, ends.second.coordinates
+        return [ConstraintContribution(*own, moment_row=2, motions=motions)]
 
 
 CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
@@ -363,7 +361,8 @@ class PrismaticClearance(Guide):
         return worn(self, PrismaticClearance, WornGuide, wear=wear, worn_length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates, p, angle = self.geometry(mechanism)
+        ideal, p = self.ideal(mechanism), self.line(mechanism)
+        coordinates, angle = ideal.coordinates, ideal.p[-1]
         mx, my, s1x, s1y, s2x, s2y = p
         turn = -angle  # of the guide's direction, seen from the frame of the slider
         ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
@@ -380,7 +379,7 @@ class PrismaticClearance(Guide):
         found += [*told, replace(mode, is_mode=True)]
         _, speed = travel_contributions(self.name, coordinates, p)
         friction = rubbing(self.friction, contact_point.guide_friction, (*p, 2.0 * self.half_length, 0.0))
-        return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]
+        return [*found, speed, replace(ideal, joint_friction=friction, holds="closed")]
 
     def _normal(self) -> NormalLaw:
         """The normal law of a corner on a flat side."""

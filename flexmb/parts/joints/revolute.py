@@ -18,7 +18,7 @@ from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
     Contribution,
-    Coordinate,
+    Ends,
     JointFriction,
 )
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
@@ -79,29 +79,34 @@ def angle_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[0, 1] = 1.0
 
 
-def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> float:
+def drawn_theta(mechanism: Mechanism, end: Attachment) -> float:
+    """Theta of the node of an end in the reference configuration [rad]."""
+    return mechanism.body(end.part).node(end.node).theta
+
+
+def drawn_angle(mechanism: Mechanism, ends: Ends) -> float:
     """theta2 - theta1 of the nodes that a joint holds, in the reference configuration."""
-    first, second = (mechanism.body(end.part).node(end.node).theta for end in ends)
-    return second - first
+    return drawn_theta(mechanism, ends.second) - drawn_theta(mechanism, ends.first)
 
 
-def angle_contribution(part: str, mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> AngleContribution:
+def drawn_direction(
+    mechanism: Mechanism, end: Attachment, along: tuple[float, float], turn: float = 0.0
+) -> tuple[float, float]:
+    """Unit vector along a direction of the reference configuration, turned by `turn` [rad], in the frame of a node."""
+    angle = math.atan2(along[1], along[0]) + turn - drawn_theta(mechanism, end)
+    return math.cos(angle), math.sin(angle)
+
+
+def angle_contribution(part: str, mechanism: Mechanism, ends: Ends) -> AngleContribution:
     """Relative rotation of the second body against the first, 0 in the reference configuration, and its rate."""
-    first, second = ends
-    pair = (first.part, first.node, 2), (second.part, second.node, 2)
+    pair = ends.first.coordinates[2], ends.second.coordinates[2]
     return AngleContribution(part, pair, (drawn_angle(mechanism, ends),))
 
 
-def coincidence_piece(
-    part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always"
-) -> ConstraintContribution:
+def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> ConstraintContribution:
     """The two constraint equations of a revolute joint."""
-    first, second = ends
-    coordinates = (*first.coordinates, *second.coordinates)
-    p = (*first.offset, *second.offset)
-    return ConstraintContribution(
-        part, coincidence_kernel, coordinates, p, 2, second.coordinates, holds=holds, columns=AT_PIN, curved=BY_ANGLES
-    )
+    own = coincidence_kernel, ends.coordinates, ends.offsets, 2, ends.second.coordinates
+    return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES)
 
 
 @record
@@ -160,10 +165,9 @@ class Fixed(Joint):
     holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = ends = self.ends(mechanism)
-        coordinates = (*first.coordinates, *second.coordinates)
-        p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        own, columns = (self.name, weld_kernel, coordinates, p, 3, second.coordinates), (*AT_PIN, (2, 5))
+        ends = self.ends(mechanism)
+        p = (*ends.offsets, drawn_angle(mechanism, ends))
+        own, columns = (self.name, weld_kernel, ends.coordinates, p, 3, ends.second.coordinates), (*AT_PIN, (2, 5))
         return [ConstraintContribution(*own, moment_row=2, columns=columns, curved=BY_ANGLES)]
 
 
@@ -325,20 +329,17 @@ class RevoluteClearance(Joint):
             yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = ends = self.ends(mechanism)
-        coordinates = (*first.coordinates, *second.coordinates)
-        p = (self.play, self.bearing_radius, *first.offset, *second.offset)
+        ends = self.ends(mechanism)
+        p = (self.play, self.bearing_radius, *ends.offsets)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
-        contact = ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction)
-        return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, coordinates, p[2:])]
+        contact = ContactContribution(self.name, journal_gap_kernel, ends.coordinates, p, normal, self.friction)
+        return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, ends)]
 
-    def _held(
-        self, mechanism: Mechanism, coordinates: tuple[Coordinate, ...], offsets: tuple[float, ...]
-    ) -> ConstraintContribution:
+    def _held(self, mechanism: Mechanism, ends: Ends) -> ConstraintContribution:
         """The two constraint equations that hold the journal in its place at the start."""
-        p = (*offsets, *self.eccentricity(mechanism))
+        p = (*ends.offsets, *self.eccentricity(mechanism))
         friction = rubbing(self.friction, contact_point.journal_friction, (self.journal_radius, 0.0))
-        place = self.name, held_journal_kernel, coordinates, p, 2, coordinates[3:]
+        place = self.name, held_journal_kernel, ends.coordinates, p, 2, ends.second.coordinates
         return ConstraintContribution(*place, joint_friction=friction, holds="closed")
 
 

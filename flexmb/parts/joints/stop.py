@@ -19,7 +19,7 @@ from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, directed, field, point, positive, record
 from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
-from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
+from flexmb.model.contributions import ContactContribution, Contribution, Coordinate, Ends
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, refuse_one_body
@@ -33,7 +33,7 @@ from flexmb.parts.joints.contact_point import (
     put_side_columns,
 )
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
-from flexmb.parts.joints.revolute import Revolute, drawn_angle
+from flexmb.parts.joints.revolute import Revolute, drawn_angle, drawn_direction
 from flexmb.places import GAP, GAP_RATE
 
 
@@ -257,29 +257,29 @@ class Stop(Part):
     def _at_joint(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
         """Coordinates, and name, kernel and parameters of each limit of the joint."""
         joint = self._held(mechanism)
-        first, second = ends = joint.ends(mechanism)
-        coordinates = (*first.coordinates, *second.coordinates)
+        ends = joint.ends(mechanism)
         if isinstance(joint, Prismatic):
-            p = joint.geometry(mechanism)[1]
-            return coordinates, [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]
+            p = joint.line(mechanism)
+            return ends.coordinates, [(name, travel_gap_kernel, (side, x, *p)) for name, side, x in self._limits()]
+        along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
         drawn = drawn_angle(mechanism, ends)
-        return coordinates, [
-            (name, turn_gap_kernel, (side, limit + drawn, *self._faces(mechanism, joint, limit)))
-            for name, side, limit in self._limits()
-        ]
+        found: Pieces = []
+        for name, side, limit in self._limits():
+            faces = drawn_direction(mechanism, ends.first, along, limit)
+            found.append((name, turn_gap_kernel, (side, limit + drawn, self.radius, *faces, *ends.offsets)))
+        return ends.coordinates, found
 
     def _at_points(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
         """Coordinates, and name, kernel and parameters of each limit of the way between two points."""
         bodies = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
-        first, second = (body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True))
-        coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
+        ends = Ends(*(body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True)))
+        coordinates, offsets = ends.coordinates, ends.offsets
         dx, dy = self.to[0] - self.at[0], self.to[1] - self.at[1]
         if self.along is None:
             size, rest = math.hypot(dx, dy), (*offsets, 0.0, 0.0, 0.0)
             return coordinates, [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
         angle = math.atan2(self.along[1], self.along[0])
-        drawn, turned = dx * math.cos(angle) + dy * math.sin(angle), mechanism.body(first.part).node(first.node).theta
-        m = math.cos(angle - turned), math.sin(angle - turned)
+        drawn, m = dx * math.cos(angle) + dy * math.sin(angle), drawn_direction(mechanism, ends.first, self.along)
         return coordinates, [(name, travel_gap_kernel, (s, x + drawn, *m, *offsets)) for name, s, x in self._limits()]
 
     def _limits(self) -> Iterator[tuple[str, float, float]]:
@@ -288,13 +288,6 @@ class Stop(Part):
             limit = getattr(self, name)
             if limit is not None:
                 yield name, side, limit
-
-    def _faces(self, mechanism: Mechanism, joint: Revolute, limit: float) -> tuple[float, ...]:
-        """Radius, direction from the pin to the faces in contact, pin: in the frames of the nodes of both bodies."""
-        first, second = joint.ends(mechanism)
-        along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
-        angle = math.atan2(along[1], along[0]) + limit - mechanism.body(first.part).node(first.node).theta
-        return self.radius, math.cos(angle), math.sin(angle), *first.offset, *second.offset
 
     def _towards_a_centre(self, mechanism: Mechanism, joint: Revolute) -> tuple[float, float]:
         """Direction from the pin to the centre of the second body, or of the first; X where both lie at the pin."""

@@ -179,7 +179,6 @@ class Torque(Part):
 
     @property
     def declared_load(self) -> float:
-        """0, for a torque has no force [N]."""
         return 0.0
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:

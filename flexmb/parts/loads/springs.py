@@ -216,17 +216,15 @@ class SpringDamper(PointToPoint):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element; with a free length that moves two loads more."""
-        first, second = self.ends(mechanism)
+        ends = self.ends(mechanism)
         rest = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
         length = rest_at_start(self.label, "free_length", rest)
-        (x1, y1), (x2, y2) = first.offset, second.offset
+        x1, y1, x2, y2 = ends.offsets
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
-        coordinates = (*first.coordinates, *second.coordinates)
-        element = SPRING_DAMPER.contribution(self.name, coordinates, p)
-        offsets = (*first.offset, *second.offset)
-        moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)
-        return [element, *moving, *self._signals(coordinates, p, moves=bool(moving))]
+        element = SPRING_DAMPER.contribution(self.name, ends.coordinates, p)
+        moving = moving_end(self.name, line_pull_kernel, ends.coordinates, self.stiffness, rest, length, ends.offsets)
+        return [element, *moving, *self._signals(ends.coordinates, p, moves=bool(moving))]
 
     def _signals(
         self, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, moves: bool

@@ -286,12 +286,11 @@ class WornBearing(WornClearance, JournalBearing):
         return (*own, *np.concatenate(tables).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = self.ends(mechanism)
-        coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
+        ends = self.ends(mechanism)
+        coordinates, p = ends.coordinates, self.film_numbers(ends.first.offset, ends.second.offset)
         film = WORN_FILM.contribution(self.name, coordinates, p)
         signals = signal_contributions(self.name, worn_film_signal, kernels.SIGNALS, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
-        """Finding on a gap that is not thin."""
         return JournalBearing.findings_before(self, mechanism)

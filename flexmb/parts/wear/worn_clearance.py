@@ -289,16 +289,14 @@ class WornClearance(WornJoint, RevoluteClearance):
     PLACES = "angle"
     PLACE_UNIT = "rad"
     FACES = ("bearing", "journal")
+    SIZES = ("clearance", "bearing_radius")
+    DEEPEST = "bearing radius"
     contacts = ("",)
     where = ("x", "y", "contact_angle", "penetration")
 
     @property
     def wearing_faces(self) -> tuple[str, ...]:
         return ("journal",) if self.on_journal else ("bearing",)
-
-    @property
-    def deepest(self) -> tuple[str, float]:
-        return "bearing radius", self.bearing_radius
 
     @property
     def on_journal(self) -> bool:
@@ -318,10 +316,6 @@ class WornClearance(WornJoint, RevoluteClearance):
     @property
     def places(self) -> np.ndarray:
         return 2.0 * np.pi * np.arange(self.bins) / self.bins
-
-    @property
-    def sizes(self) -> dict[str, float]:
-        return {"clearance": self.clearance, "bearing_radius": self.bearing_radius}
 
     @property
     def half_play(self) -> float:
@@ -351,13 +345,13 @@ class WornClearance(WornJoint, RevoluteClearance):
         return (*own, *np.concatenate(self.surface).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        first, second = ends = self.ends(mechanism)
-        coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
+        ends = self.ends(mechanism)
+        coordinates, p = ends.coordinates, self.numbers(ends.first.offset, ends.second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactContribution(self.name, worn_gap_kernel, coordinates, p, normal, self.friction),
             angle_contribution(self.name, mechanism, ends),
-            self._held(mechanism, coordinates, p[OFFSET1_X:ON_JOURNAL]),
+            self._held(mechanism, ends),
             *signal_contributions(self.name, worn_signal, SIGNALS, coordinates, p[:CHOSEN], behind=p[TABLES:]),
         ]
 

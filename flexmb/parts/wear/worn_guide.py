@@ -172,6 +172,7 @@ class WornSides(WornJoint):
     PLACES = "place"
     PLACE_UNIT = "1"
     FACES = (UPPER, LOWER)
+    SIZES = ("clearance", "worn_length")
     wearing_faces = FACES
     rounding = 0.0
     """Radius of what slides on the sides [m]."""
@@ -202,10 +203,6 @@ class WornSides(WornJoint):
     @property
     def areas(self) -> np.ndarray:
         return np.full(2 * self.bins, self.step * (self.wear.width or 0.0))
-
-    @property
-    def sizes(self) -> dict[str, float]:
-        return {"clearance": self.clearance, "worn_length": self.worn_length}
 
     @property
     def sides(self) -> np.ndarray:
@@ -324,10 +321,7 @@ class WornGuide(WornSides, PrismaticClearance):
 
     contacts = tuple(f"{name}." for name, *_ in CORNERS)
     where = ("place",)
-
-    @property
-    def deepest(self) -> tuple[str, float]:
-        return "half_height", self.half_height
+    DEEPEST = "half_height"
 
     def _on_sides(self, *p: float) -> tuple[float, ...]:
         play, half, across, *geometry = p
@@ -360,6 +354,7 @@ class WornSlot(WornSides, PinSlotClearance):
 
     contacts = ("",)
     where = ("place", "offset")
+    DEEPEST = "pin_radius"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -370,10 +365,6 @@ class WornSlot(WornSides, PinSlotClearance):
     @property
     def rounding(self) -> float:  # type: ignore[override]
         return self.pin_radius
-
-    @property
-    def deepest(self) -> tuple[str, float]:
-        return "pin_radius", self.pin_radius
 
     def _on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:
         """Whether the pin is above the middle line of the slot."""

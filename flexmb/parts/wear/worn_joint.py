@@ -168,6 +168,8 @@ class WornJoint(Part):
     PLACES: ClassVar[str]  # name of the coordinate of the profiles, and its unit
     PLACE_UNIT: ClassVar[str]
     FACES: ClassVar[tuple[str, ...]]  # names of all surfaces
+    SIZES: ClassVar[tuple[str, ...]]  # names of the lengths in `sizes`
+    DEEPEST: ClassVar[str]  # words for the length of the joint that no depth may reach
     contacts: ClassVar[tuple[str, ...]]  # prefixes of the signals of all contacts: "" or "upper_front."
     where: ClassVar[tuple[str, ...]]  # signals of the place of each contact
     if TYPE_CHECKING:  # fields of the dry joint
@@ -185,10 +187,10 @@ class WornJoint(Part):
             law = type(self.wear).__name__
             text = f"{self.label}: {law} wears by the work of friction, and the joint has none."
             raise InputError(f"{text} Give it a friction law, or take Archard, which wears by pressure and slip.")
-        name, size = self.deepest
+        size = getattr(self, self.DEEPEST.replace(" ", "_"))
         if max(self.profile, default=0.0) >= size:
             text = f"{self.label}: profile is up to {max(self.profile):g} m deep;"
-            raise InputError(f"{text} it must stay below the {name} {size:g} m. Depths are in metres.")
+            raise InputError(f"{text} it must stay below the {self.DEEPEST} {size:g} m. Depths are in metres.")
 
     @property
     @abstractmethod
@@ -206,18 +208,13 @@ class WornJoint(Part):
         """Half of the widest way across [m]; the clearance where nothing is worn."""
 
     @property
-    @abstractmethod
     def sizes(self) -> dict[str, float]:
         """Lengths that pictures show the profiles beside, by name [m]."""
+        return {name: getattr(self, name) for name in self.SIZES}
 
     @abstractmethod
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
         """The `depths` without ridges between neighbours; their sum stays."""
-
-    @property
-    @abstractmethod
-    def deepest(self) -> tuple[str, float]:
-        """Length of the joint that no depth may reach, and its name [m]."""
 
     @property
     @abstractmethod

@@ -231,8 +231,7 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     ------
     InputError : another kind of object.
     """
-    if not isinstance(basin, Basin):
-        raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
+    checks.instance("plot_basin", "basin", basin, Basin, "the result of basin()")
     count = len(basin.attractors)
     colours = [LOST_COLOUR, OPEN_COLOUR, *(style.COLOURS[k % len(style.COLOURS)] for k in range(count))]
     figure, ax = style.panel_of(ORBITS_SIZE, basin.name if title is None else title)
@@ -283,7 +282,8 @@ def plot_phase(
     ------
     InputError : an unknown signal, another kind of object, a time after the end of the motion.
     """
-    data = _signals(motion, (x, y)) if isinstance(motion, Solution) else _dataset("plot_phase", motion)
+    data = _signals(motion, (x, y)) if isinstance(motion, Solution) else motion
+    checks.instance("plot_phase", "the motion", data, xr.Dataset, "a dataset of signals")
     values = [_signal("plot_phase", data, name) for name in (x, y)]
     if since is not None:
         begin = checks.number("plot_phase", "since", since, "s")
@@ -317,7 +317,7 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     ------
     InputError : an unknown signal, a dataset without the dimension "period" or "crossing".
     """
-    data = _dataset("plot_section", section)
+    data = checks.instance("plot_section", "the motion", section, xr.Dataset, "a dataset of signals")
     axis = next((name for name in ALONG if name in data.dims), None)
     if axis is None:
         dims = ", ".join(map(str, data.dims)) or "none"
@@ -374,12 +374,6 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     style.label_axis(ax.yaxis, "exponent", exponents.units)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
-
-
-def _dataset(label: str, given: xr.Dataset) -> xr.Dataset:
-    if not isinstance(given, xr.Dataset):
-        raise InputError(f"{label}: the motion is {given!r}; it must be a dataset of signals.")
-    return given
 
 
 def _signal(label: str, data: xr.Dataset, name: str) -> np.ndarray:
@@ -452,8 +446,7 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
     ------
     InputError : another kind of object.
     """
-    if not isinstance(report, ChaosReport):
-        raise InputError(f"plot_report: report is {report!r}; it must be the result of chaos.report().")
+    checks.instance("plot_report", "report", report, ChaosReport, "the result of chaos.report()")
     figures: dict[str, Figure] = {}
     motion, name = report.motion, report.exponents.name
     number = report.skip + 1 + np.arange(len(motion.points))

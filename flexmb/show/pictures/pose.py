@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb import planar
 from flexmb.late import mpl
 from flexmb.model.shape import MARKER, TRACE
 from flexmb.results.drawing import RIGID, Line, Mark, Surface, directions
@@ -306,7 +307,7 @@ def with_arms(scene: Scene) -> list[Line]:
             found.append(line)
             continue
         for curve in curves:
-            if np.allclose(curve.points[0, 0], curve.points[0, -1]) and not _encloses(curve.points[0], centre):
+            if np.allclose(curve.points[0, 0], curve.points[0, -1]) and not planar.surrounds(curve.points[0] - centre):
                 middle = curve.points[:, :-1].mean(axis=1)
                 found.append(replace(line, points=np.stack([line.points[:, 0], middle], axis=1)))
     return found
@@ -315,12 +316,6 @@ def with_arms(scene: Scene) -> list[Line]:
 def is_point(line: Line) -> bool:
     """Whether a line is a point: a body without joints outside its centre."""
     return bool(np.ptp(line.points[0], axis=0).max() == 0.0)
-
-
-def _encloses(curve: np.ndarray, point: np.ndarray) -> bool:
-    """Whether a closed curve (m, 2) winds around a point."""
-    angles = np.unwrap(np.arctan2(*(curve - point).T[::-1]))
-    return abs(float(angles[-1] - angles[0])) > np.pi
 
 
 def body_colours(scene: Scene) -> dict[str, str]:

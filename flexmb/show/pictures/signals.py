@@ -315,8 +315,7 @@ def plot_spectrum(
     ------
     InputError : another kind of object; no frequency up to the largest one.
     """
-    if not isinstance(spectrum, PowerSpectrum):
-        raise InputError(f"plot_spectrum: spectrum is {spectrum!r}; it must be the result of power_spectrum().")
+    checks.instance("plot_spectrum", "spectrum", spectrum, PowerSpectrum, "the result of power_spectrum()")
     inside = np.ones(len(spectrum.frequency), dtype=bool) if up_to is None else spectrum.frequency <= up_to
     if inside.sum() < 2:
         raise InputError(f"plot_spectrum: up_to is {up_to!r}; there are no frequencies below. Give a larger one.")

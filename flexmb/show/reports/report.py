@@ -65,8 +65,8 @@ def report(
     target = checks.path("report", path)
     if target.suffix.lower() not in ENDINGS:
         raise InputError(f"report: path is {str(path)!r}; it must end in .html.")
-    if mechanism is not None and not isinstance(mechanism, Mechanism):
-        raise InputError(f"report: mechanism is {mechanism!r}; it must be a Mechanism.")
+    if mechanism is not None:
+        checks.instance("report", "mechanism", mechanism, Mechanism, "a Mechanism")
     most = checks.count("report", "frames", frames, 2)
     if isinstance(result, Solution):
         _check_mechanism(result, mechanism)
