@@ -324,14 +324,14 @@ def _spread_of_differences(shooting: Shooting, run: ShootingRun) -> str:
     """Sentence on multipliers that change with the size of the differences; "" where they hardly do."""
     # Error-controlled steps change from run to run, so a difference of two runs has a part of their errors.
     shooting.enlarged = ENLARGED
-    other = shooting.run(run.starts, run.period, run.value)
+    other = shooting.run(run.starts, run.period, run.value) or run
     shooting.enlarged = 1.0
-    one, two = (np.linalg.eigvals(found.monodromy) for found in (run, other or run))
+    one, two = (np.linalg.eigvals(found.monodromy) for found in (run, other))
     spread = np.abs(one[:, None] - two).min(axis=1, initial=np.inf).max(initial=0.0)
     if spread <= LARGEST_SPREAD * max(np.abs(one).max(initial=0.0), 1.0):
         return ""
-    remedy = "Take fixed steps, a smaller rtol, or tangent='carried'."
-    return f" Multipliers change by {spread:.2g} with differences {ENLARGED:g} times as large. {remedy}"
+    text = f" Multipliers change by {spread:.2g} with differences {ENLARGED:g} times as large."
+    return f"{text} Take fixed steps, a smaller rtol, or tangent='carried'."
 
 
 def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[bool, str]:
