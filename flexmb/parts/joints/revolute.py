@@ -106,8 +106,9 @@ def angle_contribution(part: str, mechanism: Mechanism, ends: Ends) -> AngleCont
 
 def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> ConstraintContribution:
     """The two constraint equations of a revolute joint."""
-    coordinates = ends.coordinates
-    own = coincidence_kernel, coordinates, ends.offsets, 2, coordinates[3:]
+    first, second = ends
+    coordinates, p = ends.coordinates, (*first.offset, *second.offset)
+    own = coincidence_kernel, coordinates, p, 2, coordinates[3:]
     return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES)
 
 
