@@ -22,7 +22,7 @@ Equations (3.1) to (3.7) of docs/theory/inertia.md.
 import math
 from collections.abc import Sequence
 
-from flexmb import checks, kernels, planar
+from flexmb import checks, kernels
 from flexmb.engine.compiled.lanes import any_of, choose, lanes_of, nearest, rows_of, total, write_lanes
 from flexmb.model.contributions import ElementKernels
 
@@ -47,7 +47,7 @@ def chord_share(turn: float) -> float:
 
 def tangents(start: Point, end: Point, turn: float, places: Sequence[float]) -> list[float]:
     """Directions of an arc at fractions of its length [rad]."""
-    line = planar.direction(start, end)
+    line = math.atan2(end[1] - start[1], end[0] - start[0])
     return [line + (s - 0.5) * turn for s in places] if turn else [line] * len(places)
 
 

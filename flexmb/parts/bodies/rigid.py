@@ -309,7 +309,7 @@ class Bar(Body):
     @property
     def angle(self) -> float:
         """Direction of the axis in the reference configuration [rad]."""
-        return planar.direction(self.start, self.end)
+        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
 
 
 @record

@@ -86,7 +86,8 @@ def drawn_theta(mechanism: Mechanism, end: Attachment) -> float:
 
 def drawn_angle(mechanism: Mechanism, ends: Ends) -> float:
     """theta2 - theta1 of the nodes that a joint holds, in the reference configuration."""
-    return drawn_theta(mechanism, ends.second) - drawn_theta(mechanism, ends.first)
+    first, second = [mechanism.body(end.part).node(end.node).theta for end in ends]
+    return second - first
 
 
 def drawn_direction(
@@ -99,13 +100,15 @@ def drawn_direction(
 
 def angle_contribution(part: str, mechanism: Mechanism, ends: Ends) -> AngleContribution:
     """Relative rotation of the second body against the first, 0 in the reference configuration, and its rate."""
-    pair = ends.first.coordinates[2], ends.second.coordinates[2]
+    pair = (ends.first.part, ends.first.node, 2), (ends.second.part, ends.second.node, 2)
     return AngleContribution(part, pair, (drawn_angle(mechanism, ends),))
 
 
 def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> ConstraintContribution:
     """The two constraint equations of a revolute joint."""
-    own = coincidence_kernel, ends.coordinates, ends.offsets, 2, ends.second.coordinates
+    first, second = ends
+    coordinates, p = ends.coordinates, (*first.offset, *second.offset)
+    own = coincidence_kernel, coordinates, p, 2, coordinates[3:]
     return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES)
 
 
