@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.elastic.beams import corotational
+from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
+from flexmb.elastic.beams.stress import BeamElements, outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
@@ -216,6 +216,12 @@ class Beam:
         """Points of the nodes in the reference configuration [m]."""
         return corotational.points(self.start, self.end, self.turn, self.places)
 
+    @property
+    def middles(self) -> list[Point]:
+        """Points of the middles of the elements in the reference configuration [m]."""
+        middles = [0.5 * (a + b) for a, b in pairwise(self.places)]
+        return corotational.points(self.start, self.end, self.turn, middles)
+
 
 def checked_elements(label: str, elements: object) -> Elements:
     """A number of elements, or increasing fractions of the length where inner nodes stand."""
@@ -374,21 +380,22 @@ def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
     return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
 
 
-def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
+def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravity: Point) -> tuple[BeamShape, ...]:
     """Drawing records of all elements."""
     shapes = []
     for beam in beams:
         data = matrices(beam)
         unstressed = unstressed_shape(beam, data)
         depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
-        for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
+        for k, p in enumerate(beam_parameters(beam, nodes, 0.0, gravity)):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
             depth = (float(depths[k]), float(depths[k + 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
             bending = p[corotational.B11], p[corotational.B12], p[corotational.B22]
             angles = p[corotational.OFFSET1], p[corotational.OFFSET2]
             length, axial = p[corotational.LENGTH], p[corotational.AXIAL]
-            shape = BeamShape(part, *ends, length, *angles, axial, bending, ei, depth)
+            mass = p[corotational.GRAVITY_X : corotational.BOW11]
+            shape = BeamShape(part, *ends, length, *angles, axial, bending, ei, depth, mass=mass)
             shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))
             plain = not any(shares) and not beam.turn
             shapes.append(shape if plain else replace(shape, shear=shares, bow=bow, unstressed=free))
@@ -473,26 +480,28 @@ def number_of(node: str) -> int:
     return int(node.removeprefix("node"))
 
 
-def section_factors(beam: Beam) -> np.ndarray:
-    """(2, n) stress over axial force, 1/A [1/m^2], and over moment, c/I [1/m^3], at nodes; outer fibres are known."""
-    places, section = np.array(beam.places), beam.section
-    fibre = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
-    return np.stack([1.0 / np.asarray(section.area_at(places)), fibre])
+def section_factors(beam: Beam, along: np.ndarray) -> np.ndarray:
+    """(elements, m, 3) stress over N, 1/A, and over -M in the outer fibres on the left and on the right [1/m^3]."""
+    # At fractions (m,) along each element of a beam whose outer fibres are known.
+    stations, section = np.array(beam.stations), beam.section
+    places = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
+    left = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
+    return np.stack([1.0 / np.asarray(section.area_at(places)), left, -left], axis=-1)
 
 
-def beam_stress_signal(part: str, beams: Sequence[Beam], nodes: Mapping[str, Node]) -> SignalContribution:
+def beam_stress_signal(
+    part: str, beams: Sequence[Beam], nodes: Mapping[str, Node], gravity: Point
+) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body of beams, whose sections know their outer fibres."""
-    place = {name: 3.0 * k for k, name in enumerate(nodes)}
     coordinates = tuple(c for name in nodes for c in node_coordinates(part, name))
-    rows = [row for beam in beams for row in _rows(beam, dict(nodes), place)]
-    count, p = float(len(rows)), tuple(x for row in rows for x in row)
-    p = (count, *p)
-    return SignalContribution(part, "von_mises", "Pa", beam_stress_kernel, coordinates, p, place="von_mises_node")
-
-
-def _rows(beam: Beam, nodes: dict[str, Node], place: Mapping[str, float]) -> Iterator[tuple[float, ...]]:
-    """Parameters of each element of a beam."""
-    factors = section_factors(beam).T.tolist()
-    parameters = beam_parameters(beam, nodes, 0.0, (0.0, 0.0))
-    for ends, (first, last), own in zip(pairwise(beam.nodes), pairwise(factors), parameters, strict=True):
-        yield (*(place[name] for name in ends), *(float(number_of(name)) for name in ends), *first, *last, *own)
+    place = {name: 3.0 * k for k, name in enumerate(nodes)}
+    found: list[tuple[float, ...]] = []
+    for beam in beams:
+        factors = section_factors(beam, stress.PLACES).reshape(len(beam.nodes) - 1, -1).tolist()
+        own = beam_parameters(beam, dict(nodes), 0.0, gravity)
+        for ends, factor, parameters in zip(pairwise(beam.nodes), factors, own, strict=True):
+            numbers = *(float(number_of(name)) for name in ends), float(len(nodes) + len(found))
+            found.append((*(place[name] for name in ends), *numbers, *factor, *parameters))
+    p = (float(len(found)), *(x for row in found for x in row))
+    kernel = stress.beam_stress_kernel
+    return SignalContribution(part, "von_mises", "Pa", kernel, coordinates, p, place="von_mises_node")

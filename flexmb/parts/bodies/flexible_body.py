@@ -134,13 +134,17 @@ class FlexibleBody(ElasticBody):
         return all(map(flexible.knows_stress, self._sections))
 
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes in the reference configuration [m]."""
-        return np.array([(node.x, node.y) for node in self.nodes()])
+        """Places (n, 2) of the nodes, then of the middles of the elements, in the reference configuration [m]."""
+        return np.array([(node.x, node.y) for node in self.nodes()] + [p for beam in self.beams for p in beam.middles])
 
-    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
+    def place_name(self, number: int) -> str:
+        count = len(self.nodes())
+        return super().place_name(number) if number < count else f"the middle of element {number - count}"
+
+    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
-        strain = self._strains(lambda names: np.array([[pose[name] for name in names]])).max()
-        return float(strain), float(strain) * self.material.young
+        strain = float(self._strains(lambda names: np.array([[pose[name] for name in names]])).max())
+        return max((strain, strain * self.material.young), super().strain_at_rest(mechanism, pose))
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
         """Largest strain and stress [Pa] at the poses of a `motion`, and when [s]."""
@@ -184,16 +188,16 @@ class FlexibleBody(ElasticBody):
         return cast("flexible.Field | None", self.displacement)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        nodes = {n.name: n for n in self.nodes()}
+        nodes, gravity = {n.name: n for n in self.nodes()}, mechanism.gravity
         return [
-            *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
-            *self._boss_pieces(mechanism.gravity),
+            *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, gravity),
+            *self._boss_pieces(gravity),
             *flexible.mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
-            *([flexible.beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
+            *([flexible.beam_stress_signal(self.name, self.beams, nodes, gravity)] if self.seeks_stress else []),
         ]
 
-    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
-        return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()}, mechanism.gravity)
 
     @classmethod
     def prepare(cls, parts: Sequence[FlexibleBody]) -> None:
