@@ -220,3 +220,32 @@ def test_yield_under_the_weight_at_rest():
     soft = replace(STEEL, yield_stress=0.9 * exact)
     mechanism = clamped(1, material=soft)
     assert [f.code for f in fm.check(mechanism).findings] == ["overload"]
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3, 4, 5, 6, (0.1, 0.4), (0.3, 0.5)])
+@pytest.mark.parametrize("shear", [False, True])
+def test_deflection_of_the_middle(elements, shear):
+    """The sag was 0 with one element and .869 of 5 w L^4/(384 E I) with three, that of a node beside the middle."""
+    sol = at_rest(supported(elements, shear=shear, rotary_inertia=False))
+    EI = STEEL.young * WIDTH * HEIGHT**3 / 12.0
+    sag = 5.0 * MASS * G * LENGTH**4 / (384.0 * EI)
+    if shear:
+        factor = float(SECTION.shear_factor_at(0.0, STEEL.poisson))
+        sag += MASS * G * LENGTH**2 / (8.0 * factor * STEEL.shear_modulus * WIDTH * HEIGHT)
+    places = np.linspace(0.0, 1.0, elements + 1) if isinstance(elements, int) else np.array([0.0, *elements, 1.0])
+    k = int(np.searchsorted(places, 0.5)) - 1
+    size, along = LENGTH * (places[k + 1] - places[k]), (0.5 - places[k]) / (places[k + 1] - places[k])
+    cubic = MASS * G * size**4 / (24.0 * EI) * (along * (1.0 - along)) ** 2  # the element alone, clamped at both ends
+    if shear:
+        cubic += MASS * G * size**2 * along * (1.0 - along) / (2.0 * factor * STEEL.shear_modulus * WIDTH * HEIGHT)
+    assert sol.array("beam.deflection")[0] == pytest.approx(-(sag - cubic), rel=2e-6)
+
+
+def test_deflection_of_an_arc_is_its_rise():
+    """The rise of an arc with an odd number of elements, of the cubic of the middle one; it was that of a node."""
+    for n in (3, 5, 9):
+        body = beam(n, turn=-1.2)
+        sol = at_rest(fm.Mechanism("arc", [body, fm.Fixed("wall", fm.GROUND, body, at=body.start)], gravity=(0.0, 0.0)))
+        rise = 0.5 * LENGTH * math.tan(0.3)
+        error = abs(sol.array("beam.deflection")[0] / rise - 1.0)
+        assert error == pytest.approx(1.2**2 / (48.0 * n**4), rel=0.05)

@@ -3,7 +3,7 @@
 sigma = N/A - f M in the outer fibres on the left (f = c/I) and on the right (f = -c/I), with the section forces along
 each element: those of elasticity less weight and inertia of the element, so that they are in balance with the nodes and
 with what acts between them.  c is the distance of the outer fibre.  The shear stress is left out: it is zero in the
-outer fibres of the sections, where the normal stress is largest.  Section forces are equations (2.20) to (2.22) of
+outer fibres of the sections, where the normal stress is largest.  Section forces are equations (2.19) to (2.21) of
 docs/theory/beam.md.
 """
 

@@ -466,6 +466,42 @@ def deflection_kernel(p, t, q, v, a):
     return (dx * (q[3] - q[1]) - dy * (q[2] - q[0])) / math.sqrt(dx * dx + dy * dy)
 
 
+# Parameters of the deflection within an element: place, shear shares, those of the element; coordinates of its nodes
+# stand behind those of both ends of the chord, and are so many.
+ALONG, SHARE1, SHARE2, OWN = range(4)
+ENDS, COORDINATES = 4, 10
+SAME_PLACE = 1e-9  # part of the length of a beam within which a node is its middle
+
+
+@signal_kernel
+def inner_deflection_kernel(p, t, q, v, a):
+    """Distance of a place on the axis of an element from the chord (x0, y0)-(x1, y1), positive to its left."""
+    own, x = p[OWN:], q[ENDS:COORDINATES]
+    _, c, s, _, u1, u2 = corotational.deformation(own, x)
+    sheared, along = p[SHARE1] * u1 + p[SHARE2] * u2, p[ALONG]
+    rest = 1.0 - along
+    w = own[corotational.LENGTH] * along * rest * (rest * (u1 - sheared) - along * (u2 - sheared))
+    dx, dy = q[2] - q[0], q[3] - q[1]
+    px, py = rest * x[0] + along * x[3] - s * w - q[0], rest * x[1] + along * x[4] + c * w - q[1]
+    return (dx * py - dy * px) / math.sqrt(dx * dx + dy * dy)
+
+
+def deflection_signal(part: str, beam: Beam, nodes: Mapping[str, Node]) -> SignalContribution:
+    """The signal `deflection` of the middle of a beam, which is a node or lies in an element."""
+    places, first, last = np.array(beam.places), beam.nodes[0], beam.nodes[-1]
+    k = int(np.argmin(np.abs(places - 0.5)))
+    if abs(places[k] - 0.5) < SAME_PLACE:
+        three = tuple((part, node, axis) for node in (first, beam.nodes[k], last) for axis in (0, 1))
+        return SignalContribution(part, "deflection", "m", deflection_kernel, three)
+    k = int(np.searchsorted(places, 0.5)) - 1
+    along = (0.5 - places[k]) / (places[k + 1] - places[k])
+    ends = tuple((part, node, axis) for node in (first, last) for axis in (0, 1))
+    inner = tuple(c for node in beam.nodes[k : k + 2] for c in node_coordinates(part, node))
+    own = beam_parameters(beam, dict(nodes), 0.0, (0.0, 0.0))[k]
+    p = (float(along), *matrices(beam).shear_shares[k].tolist(), *own)
+    return SignalContribution(part, "deflection", "m", inner_deflection_kernel, (*ends, *inner), p)
+
+
 def knows_stress(section: Section) -> bool:
     """Whether a section knows its outer fibre."""
     try:

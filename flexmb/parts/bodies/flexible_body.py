@@ -39,7 +39,8 @@ class FlexibleBody(ElasticBody):
     # - shear (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for Poisson's ratio
     #   of the material), or the shear factor, such as 5/6.
     # - stress: the largest normal stress in the outer fibres, signals `von_mises` [Pa] and `von_mises_node`, the number
-    #   of its node.  None: where the material has a yield stress and all sections know their outer fibres.
+    #   of its node, or of the middle of an element behind all nodes.  None: where the material has a yield stress and
+    #   all sections know their outer fibres.
     # - velocity: of a rigid motion, or one (vx, vy, omega) per node; displacement: per node [m, rad], added to the
     #   reference configuration.
     stress_name: ClassVar[str] = "normal stress in the outer fibres"
