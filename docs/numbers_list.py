@@ -545,6 +545,7 @@ engine.linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
 engine.linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
 elastic.beams.stress.NEAR_END | thirds of an element | stress | way from an end up to which a stress belongs to its node
 elastic.beams.stress.CLEAR | 1 | stress at the ends | stress within an element that is larger
+parts.bodies.flexible.THIN | 1 | radius of an arc | outer fibre of an arc with the stress of a straight beam
 parts.bodies.flexible.SAME_PLACE | 1 | length of a beam | node in the middle
 elastic.beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
 elastic.beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight

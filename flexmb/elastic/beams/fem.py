@@ -14,7 +14,7 @@ counter-clockwise; M > 0 bends the beam to the left, as the curvature kappa > 0.
     N = ka e,   M(0) = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2,   V = (M(0) - M(L))/l
 
 and from these weight and inertia of the element are taken (see `beams.stress`).  They are forces without damping.
-Equations (2.7), (2.13) to (2.16) and (2.19) to (2.21) of docs/theory/beam.md.
+Equations (2.7), (2.13) to (2.16) and (2.20) to (2.22) of docs/theory/beam.md.
 """
 
 import math

@@ -1,14 +1,13 @@
 """Strain and stress of beams, their section forces, and the largest stress.
 
-sigma = N/A - f M in the outer fibres on the left (f = c/I) and on the right (f = -c/I), with the section forces along
-each element: those of elasticity less weight and inertia of the element, so that they are in balance with the nodes and
-with what acts between them.  c is the distance of the outer fibre.  The shear stress is left out: it is zero in the
-outer fibres of the sections, where the normal stress is largest.  Section forces are equations (2.19) to (2.21) of
-docs/theory/beam.md.
+sigma = N/A - f M in the outer fibres on the left (f = c/I) and on the right (f = -c/I; of arcs see `arc_factors`), with
+the section forces along each element: those of elasticity less weight and inertia of the element, so that they are in
+balance with the nodes and with what acts between them.  c is the distance of the outer fibre.  The shear stress is left
+out: it is zero in the outer fibres of the sections, where the normal stress is largest.  Section forces are equations
+(2.20) to (2.22) of docs/theory/beam.md.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,41 +18,6 @@ from flexmb.errors import InputError
 from flexmb.kernels import compiled, extremum_kernel, fast
 
 
-@dataclass(frozen=True)
-class BeamElements:
-    """The elements of one beam, for strains."""
-
-    lengths: np.ndarray  # (n,) unstressed lengths [m]
-    # (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad]
-    offsets: np.ndarray
-    outer: np.ndarray  # (n,) largest distance of the outer fibre from the centroid along each element [m]
-    shear: np.ndarray  # (2, n) shares of the end rotations in the shear angle [1]
-    bow: np.ndarray  # (3, n) shortening of the chords
-    unstressed: np.ndarray  # (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`
-
-    def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
-        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added."""
-        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element. Poses x, y, theta of
-        # the nodes are (instants, n + 1) [m, rad]. Source: as of `beams.corotational`.
-        dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
-        chord = np.arctan2(dy, dx)
-        u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
-        u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
-        b1, b2, b3 = self.bow
-        free, free1, free2 = self.unstressed
-        axial = (np.hypot(dx, dy) - free) / L + (b1 * u1 * u1 - b2 * u1 * u2 + b3 * u2 * u2) / 30.0
-        u1, u2 = u1 - free1, u2 - free2
-        sheared = self.shear[0] * u1 + self.shear[1] * u2
-        u1, u2 = u1 - sheared, u2 - sheared
-        bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
-        return np.asarray(np.abs(axial) + bending * self.outer)
-
-
-def wrapped(angle: np.ndarray) -> np.ndarray:
-    """Angles in [-pi, pi]."""
-    return angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
-
-
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
     """Distance of the outer fibre from the centroid [m] at stations (n + 1,) of a beam; 0 where it is unknown."""
     try:
@@ -61,6 +25,18 @@ def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
     except InputError:
         fibres = np.zeros_like(stations)
     return fibres
+
+
+def arc_factors(section: Section, places: np.ndarray, turn: float, length: float) -> np.ndarray:
+    """(..., 2) stress over -M in the outer fibres on the left and on the right of an arc [1/m^3]; NaN: no outline."""
+    # Winkler and Bach: M (r_n - r)/(A e r), r_n = A / int dA/r, e = R - r_n, about the centroid, beside N/A. Source: S.
+    # Timoshenko, Strength of Materials, part 2, 3rd ed., van Nostrand 1956, sections 77 to 80.
+    # Equation (2.19) of docs/theory/beam.md.
+    R, A, c = length / abs(turn), np.asarray(section.area_at(places)), np.asarray(section.outer_fibre_at(places))
+    neutral = A / section.over_radius_at(places, R)
+    inner, outer = (neutral / r - 1.0 for r in (R - c, R + c))
+    sides = (inner, outer) if turn > 0.0 else (-outer, -inner)
+    return np.asarray(np.stack(sides, axis=-1) / (A * (R - neutral))[..., None])
 
 
 # Number of section forces of an element: at its start, at its end and in the mean N, then V; at both ends M, and its

@@ -15,7 +15,7 @@ from flexmb import checks, planar
 from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import BeamElements, outer_fibres
+from flexmb.elastic.beams.stress import outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
@@ -371,15 +371,6 @@ def chord_directions(beam: Beam) -> list[float]:
     return corotational.tangents(beam.start, beam.end, beam.turn, middles)
 
 
-def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
-    """Elements of a beam, for strains."""
-    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
-    outer = outer_fibres(beam.section, stations / stations[-1])
-    outer = np.maximum(outer[:-1], outer[1:])
-    ends = np.array([offsets[:-1], offsets[1:]])
-    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
-
-
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravity: Point) -> tuple[BeamShape, ...]:
     """Drawing records of all elements."""
     shapes = []
@@ -516,13 +507,25 @@ def number_of(node: str) -> int:
     return int(node.removeprefix("node"))
 
 
+def arc_factors(beam: Beam, places: Sequence[float] | np.ndarray = (0.0, 0.5, 1.0)) -> np.ndarray:
+    """(..., 2) stress over -M in the outer fibres on the left and on the right of an arc [1/m^3]; NaN: no outline."""
+    return stress.arc_factors(beam.section, np.asarray(places), beam.turn, beam.length)
+
+
+THIN = 1e-6  # outer fibre over the radius of an arc, below which its stress is that of a straight beam
+
+
 def section_factors(beam: Beam, along: np.ndarray) -> np.ndarray:
     """(elements, m, 3) stress over N, 1/A, and over -M in the outer fibres on the left and on the right [1/m^3]."""
     # At fractions (m,) along each element of a beam whose outer fibres are known.
     stations, section = np.array(beam.stations), beam.section
     places = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
     left = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
-    return np.stack([1.0 / np.asarray(section.area_at(places)), left, -left], axis=-1)
+    both = np.stack([left, -left], axis=-1)
+    if beam.turn and abs(beam.turn) > THIN * beam.length / np.max(section.outer_fibre_at(places)):
+        curved = arc_factors(beam, places)
+        both = np.where(np.isnan(curved), both, curved)
+    return np.concatenate([1.0 / np.asarray(section.area_at(places))[..., None], both], axis=-1)
 
 
 def beam_stress_signal(

@@ -25,6 +25,7 @@ from flexmb.model.shape import Shapes
 from flexmb.parts.bodies import flexible
 
 Point = tuple[float, float]
+THICK_ARC = 0.1  # height of a section over the radius of an arc, above which the stress is not that of a straight beam
 LEAST_SLENDERNESS = 5.0  # length of a beam over its height, below which shear cannot be left out
 
 
@@ -145,7 +146,7 @@ class FlexibleBody(ElasticBody):
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
         strain = float(self._strains(lambda names: np.array([[pose[name] for name in names]])).max())
-        return max((strain, strain * self.material.young), super().strain_at_rest(mechanism, pose))
+        return strain, max(strain * self.material.young, super().strain_at_rest(mechanism, pose)[1])
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
         """Largest strain and stress [Pa] at the poses of a `motion`, and when [s]."""
@@ -155,15 +156,27 @@ class FlexibleBody(ElasticBody):
 
     def _strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
         """Largest strains (n,) of n poses, by a function that gives `rows` (n, k) of coordinates by full names."""
-        nodes, found_here = {node.name: node for node in self.nodes()}, []
-        for beam in self.beams:
-            names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
-            strains = flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1))
-            found_here.append(strains.max(axis=1))
+        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element.
+        from flexmb.elastic.beams import fem  # noqa: PLC0415 - scikit-fem is needed only here
+
+        found_here, nodes, ends = [], {node.name: node for node in self.nodes()}, np.array([0.0, 1.0])
+        for one in flexible.beam_shapes(self.name, self.beams, nodes, (0.0, 0.0)):
+            start, end = (rows([f"{self.name}.{k}.{x}" for x in ("x", "y", "theta")]) for k in (one.start, one.end))
+            axial = np.abs(fem.section_forces(start, end, one, ends).N[:, 0]) / (one.axial * one.length)
+            bending = np.abs(fem.curvature(start, end, one, ends)).max(axis=1)
+            found_here.append(axial + bending * 0.5 * max(one.depth))
         return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
-        """Finding on beams without shear that are short for their height."""
+        """Findings on thick arcs of unknown outlines, and on beams without shear that are short for their height."""
+        arcs = [beam for beam in self.beams if beam.turn and self.seeks_stress]
+        heights = [2.0 * _outer_fibre(beam.section) * abs(beam.turn) / beam.length for beam in arcs]
+        unknown = [h for h, beam in zip(heights, arcs, strict=True) if np.isnan(flexible.arc_factors(beam)).any()]
+        if unknown and max(unknown) > THICK_ARC:
+            text = f"{self.label}: the radius of an arc is {1.0 / max(unknown):.3g} times the height of its section,"
+            text += " whose outline is unknown: its stress is that of a straight beam, too small at the inner fibre."
+            remedy = "Take a Rectangle, Circle or Tube, or a section of your own with over_radius_at."
+            yield found("thick-arc", (self.name,), text, remedy, radius_over_height=1.0 / max(unknown))
         if self.shear is not False:
             return
         height = max(2.0 * _outer_fibre(beam.section) for beam in self.beams)
