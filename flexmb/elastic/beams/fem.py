@@ -20,12 +20,12 @@ Equations (2.7), (2.13) to (2.16) and (2.20) to (2.22) of docs/theory/beam.md.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from skfem import Basis, BilinearForm, CellBasis, ElementLineHermite, ElementLineP1, Functional, MeshLine
+from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
 from flexmb.elastic.beams.section import Section, shear_factors
 from flexmb.elastic.beams.stress import SECTION_FORCES, fill_section_forces
@@ -331,19 +331,7 @@ def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:
     """The cubic of the axis, or its second derivative, on an element of unit length; (n, m)."""
-    h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
+    x = np.asarray(xi, dtype=float)
+    h1, h2 = (6.0 * x - 4.0, 6.0 * x - 2.0) if derivative else (x * (1.0 - x) ** 2, x * x * (x - 1.0))
     sheared = beam.shear[0] * d.u1 + beam.shear[1] * d.u2
     return np.asarray((d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2)
-
-
-@lru_cache(maxsize=64)
-def _cubics(xi: tuple[float, ...]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """The cubics with unit slope at the start and at the end, and their second derivatives, at the points xi."""
-    points = np.array(xi)
-    unit = MeshLine(np.array([[0.0, 1.0]]))
-    basis = CellBasis(unit, ElementLineHermite(), quadrature=(points[None, :], np.ones(len(points))))
-    fields = [basis.basis[i][0] for i in (1, 3)]
-    # roundoff of scikit-fem's inverted matrix must not move the nodes
-    inner = np.where((points == 0.0) | (points == 1.0), 0.0, 1.0)
-    values = tuple(inner * np.asarray(f)[0] for f in fields)
-    return {0: values, 2: tuple(f.hess[0, 0, 0] for f in fields)}

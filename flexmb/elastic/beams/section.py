@@ -37,7 +37,7 @@ class Section(Input, Shown, ABC):
         raise InputError(f"{type(self).__name__}: the distance of the outer fibre is unknown; no stress can be given.")
 
     def over_radius_at(self, s: Place, radius: float) -> Array:  # noqa: ARG002, used where a subclass knows it
-        """Integral of dA/r [m] over the section of an arc of this radius of its centroid [m]; NaN: no outline."""
+        """Integral of dA/r [m] over the section at s of an arc, `radius` of its centroid [m]; NaN: no outline."""
         return np.full(np.shape(s), math.nan)
 
     def shear_factor_at(self, s: Place, poisson: float) -> Array:  # noqa: ARG002, used where a subclass knows it
