@@ -544,6 +544,10 @@ dynamics.report.ENOUGH | samples | period | most for estimates from a signal
 dynamics.report.LEAST | points | nothing | least points of a 0-1 test
 engine.linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
 engine.linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
+elastic.beams.stress.NEAR_END | thirds of an element | stress | way from an end up to which a stress belongs to its node
+elastic.beams.stress.CLEAR | 1 | stress at the ends | stress within an element that is larger
+parts.bodies.flexible.THIN | 1 | radius of an arc | outer fibre of an arc with the stress of a straight beam
+parts.bodies.flexible.SAME_PLACE | 1 | length of a beam | node in the middle
 elastic.beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
 elastic.beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 elastic.beams.mesh.FARTHEST | m | nothing | largest coordinate of a mesh
@@ -602,7 +606,7 @@ def _left_out() -> dict[str, str]:
         engine.linalg.lu.ROWS_HELD engine.linalg.lu.NO_ROW dynamics.sections.DOWN dynamics.sections.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
-        program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON program.program.FOUR_SIZE elastic.beams.stress.SIZE
+        program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON program.program.FOUR_SIZE elastic.beams.stress.SIZE elastic.beams.stress.OWN elastic.beams.stress.NODE elastic.beams.stress.SECTION_FORCES
         elastic.beams.mass_damping.POINTS model.massless.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
         parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.film.LEVEL parts.bearings.film.FIELD

@@ -51,7 +51,11 @@ class ElasticBody(Body):
 
     @abstractmethod
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes by number [m], of reduced beams of the mesh that shows them."""
+        """Places (n, 2) of stresses by number [m]: nodes, of beams also middles, of reduced beams points of a mesh."""
+
+    def place_name(self, number: int) -> str:
+        """Words for a place of stresses by its number."""
+        return f"node {number}"
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the body of `mechanism` at rest in a `pose`."""
@@ -122,7 +126,7 @@ class ElasticBody(Body):
         several = len({material.yield_stress for material in self.all_materials}) > 1
         weakest = " of the weakest material, at least" * several
         text = f"{self.label}: largest {self.whole_body.stress_name} {number_text(stress)} Pa at t ="
-        text += f" {when:.6g} s at node {node}, ({x:.4g}, {y:.4g}) m in the reference configuration:"
+        text += f" {when:.6g} s at {self.place_name(node)}, ({x:.4g}, {y:.4g}) m in the reference configuration:"
         text += f" safety against yield{weakest} {limit / stress:.3g}"
         if stress > limit:
             text += f"; it yields at {limit:.3g} Pa, and stresses are those of a linear elastic material"

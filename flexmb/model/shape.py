@@ -42,6 +42,8 @@ class BeamShape:
     # (l0, u10, u20), end rotations of the unstressed element against its chord [rad], and the sum of its chord
     # and the shortening of its chord [m]; None: straight
     unstressed: tuple[float, float, float] | None = None
+    # gravity [m/s^2] and integrals of mass of the element, as in `elastic.beams.corotational`; (): unknown, older files
+    mass: tuple[float, ...] = ()
 
     @property
     def chord(self) -> float:

@@ -172,6 +172,7 @@ def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]
 
 
 GROUND = "ground"
+RATES = ("vx", "vy", "omega"), ("ax", "ay", "alpha")  # signals of the velocities and accelerations of a node
 RIGID, BEAM, MESH = "rigid", "beam", "mesh"  # kinds of lines of bodies
 
 
@@ -329,9 +330,17 @@ def bodies(sol: Solution) -> tuple[str, ...]:
     return tuple(dict.fromkeys(shape.part for shape in drawn))
 
 
+def beam_motion(sol: Solution, beam: BeamShape, instants: np.ndarray) -> list[np.ndarray] | None:
+    """Velocities and accelerations (n, 6) of the ends of a beam; None where they were not saved."""
+    names = [f"{beam.part}.{node}.{axis}" for axes in RATES for node in (beam.start, beam.end) for axis in axes]
+    if not all(name in sol for name in names):
+        return None
+    return np.split(np.stack([sol.array(name)[instants] for name in names], axis=1), 2, axis=1)
+
+
 def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
     begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
-    forces = hermite.section_forces(begin, end, beam, xi)
+    forces = hermite.section_forces(begin, end, beam, xi, beam_motion(sol, beam, instants))
     shape = (len(instants), len(xi))
     bending = hermite.curvature(begin, end, beam, xi), np.broadcast_to(hermite.bending_stiffness(beam, xi), shape)
     fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}

@@ -44,7 +44,7 @@ def positions(sol: Solution, body: str, points: Wanted | None, times: Times, mec
             pins = ", ".join(node.name for node in part.nodes())
             raise InputError(f"{part.label} has no drawn points, only its nodes: {pins}.")
         moved = drawing.surface(sol, shape, instants).points
-    places = Places(np.arange(moved.shape[1]), part.reference_points(), known, {})
+    places = Places(np.arange(moved.shape[1]), part.reference_points()[: moved.shape[1]], known, {})
     chosen = places.nodes if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x0": (places.points[:, 0], "m"), "y0": (places.points[:, 1], "m")}
     columns = {axis: (moved[..., k], {"units": "m"}) for k, axis in enumerate("xy")}

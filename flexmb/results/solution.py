@@ -356,27 +356,28 @@ class Solution:
     ) -> xr.Dataset:  # fmt: skip
         """Stresses [Pa] of a flexible body at the saved instants, over `time` and `place`.
 
-        Of beams `axial`, `bending` (in the outer fibre on the left), at both ends of all elements, and of meshes `sx`,
-        `sy`, `txy` in the axes of the mesh, which turn with the body, `principal_1`, `principal_2`, at all nodes; of
-        both `signed`, the normal stress that is largest by its absolute value, and `von_mises`.  Coordinates: `node`,
-        `x`, `y` in the reference configuration [m]; of beams `beam`, `element`, and `station` along the beam [m].
+        Of beams `axial`, `bending` (in the outer fibre on the left), `bending_right`, at both ends and in the middle of
+        all elements, and of meshes `sx`, `sy`, `txy` in the axes of the mesh, which turn with the body, `principal_1`,
+        `principal_2`, at all nodes; of both `signed`, the normal stress that is largest by its absolute value, and
+        `von_mises`.  Coordinates: `node`, `x`, `y` in the reference configuration [m]; of beams `beam`, `element`, and
+        `station` along the beam [m].
 
         Parameters
         ----------
         body : name of the body.
-        points : points (x, y) in the reference configuration [m], whose nearest nodes are taken, or numbers of nodes,
-            or of beams names of nodes such as "end"; None: all nodes.
+        points : points (x, y) in the reference configuration [m], whose nearest places are taken, or numbers of nodes,
+            or of beams names of nodes such as "end"; None: all.  Middles of elements are numbered behind the nodes.
         times : instants [s], of which the nearest saved ones are taken; None: all saved ones.
         mechanism : the mechanism that moved, for a solution that was read from a file.
 
         Raises
         ------
-        InputError : a body without stresses, an unknown point, a solution that does not know its mechanism.
+        InputError : a body without stresses, an unknown point, a solution that does not know its mechanism, or without
+            velocities and accelerations of a body of beams.
 
         Notes
         -----
-        Elastic stresses, without damping; `peak` finds the largest one over all accepted steps.  In beams with a force
-        along the element, such as that of inertia, the axial stress is the mean of its element.
+        Elastic stresses, without damping; `peak` finds the largest one over all accepted steps.
         """
         from flexmb.results.stress import stress
 

@@ -16,9 +16,9 @@ from flexmb.fields import Input, field, not_negative, positive, record, record_w
 from flexmb.late import Late, xr
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.shape import BeamShape, MeshShape
+from flexmb.model.shape import MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
-from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
+from flexmb.results.drawing import beam_motion, nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
     from flexmb.elastic.beams import fem as hermite
@@ -42,7 +42,7 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
 
 Wanted = Sequence[tuple[float, float] | int | str]
 Times = Sequence[float] | None
-ENDS = np.array([0.0, 1.0])  # both ends of an element
+ALONG = np.array([0.0, 0.5, 1.0])  # places of stresses along an element
 
 MEANINGS = {  # names and meanings of the stresses
     "sx": "normal stress along x of the body",
@@ -52,6 +52,7 @@ MEANINGS = {  # names and meanings of the stresses
     "principal_2": "smaller principal stress in the plane",
     "axial": "stress of the axial force",
     "bending": "stress of the bending moment in the outer fibre on the left",
+    "bending_right": "stress of the bending moment in the outer fibre on the right",
     "signed": "normal stress that is largest by its absolute value",
     "von_mises": "von Mises stress",
 }
@@ -78,7 +79,7 @@ def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechan
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
     if part.theory == "beams":
-        places, fields = of_beams(sol, part, instants)
+        places, fields = of_beams(sol, part, known, instants)
     else:
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
@@ -104,27 +105,36 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
     return known
 
 
-def of_beams(sol: Solution, body: Any, instants: np.ndarray) -> tuple[Places, dict[str, np.ndarray]]:
-    """Stresses (n, 2 elements) at both ends of all elements."""
-    shapes = [shape for shape in sol.shapes if isinstance(shape, BeamShape) and shape.part == body.name]
-    at = {name: pose(sol, body.name, name, instants) for shape in shapes for name in (shape.start, shape.end)}
-    factors = np.concatenate([np.stack(list(pairwise(section_factors(beam).T))) for beam in body.beams])
-    axial, bending = [], []
-    for shape, factor in zip(shapes, factors, strict=True):
-        forces = hermite.section_forces(at[shape.start], at[shape.end], shape, ENDS)
+def of_beams(
+    sol: Solution, body: Any, mechanism: Mechanism, instants: np.ndarray
+) -> tuple[Places, dict[str, np.ndarray]]:
+    """Stresses (n, 3 elements) at the start, in the middle and at the end of all elements."""
+    shapes, axial, bending = body.shapes(mechanism), [], []
+    for shape, factor in zip(shapes, np.concatenate([section_factors(b, ALONG) for b in body.beams]), strict=True):
+        motion = beam_motion(sol, shape, instants)
+        if motion is None:
+            text = f"{body.label}: stresses need velocities and accelerations of the nodes, which were not saved"
+            raise InputError(f"{text}. Add {body.name + '.*'!r} to simulate(..., signals=[...]).")
+        start, end = (pose(sol, body.name, name, instants) for name in (shape.start, shape.end))
+        forces = hermite.section_forces(start, end, shape, ALONG, motion)
         axial.append(forces.N * factor[:, 0])
-        bending.append(-forces.M * factor[:, 1])
-    numbers = np.array([number_of(name) for shape in shapes for name in (shape.start, shape.end)])
-    stations = [np.repeat(beam.stations, 2)[1:-1] for beam in body.beams]
-    element, station = np.repeat(np.arange(len(shapes)), 2), np.concatenate(stations)
-    beam = np.repeat(np.arange(len(stations)), [len(s) for s in stations])
-    more = {"beam": (beam, ""), "element": (element, ""), "station": (station, "m")}
-    known = {node.name: number_of(node.name) for node in body.nodes()}
+        bending.append(-forces.M[..., None] * factor[:, 1:])
+    nodes = body.nodes()
+    pairs = enumerate((number_of(shape.start), number_of(shape.end)) for shape in shapes)
+    numbers = np.array([(first, len(nodes) + k, last) for k, (first, last) in pairs]).ravel()
+    ends = [np.array(list(pairwise(beam.stations))) for beam in body.beams]
+    stations = np.concatenate(ends) @ (1.0 - ALONG, ALONG)
+    beam, element = np.repeat(np.arange(len(ends)), [3 * len(s) for s in ends]), np.repeat(np.arange(len(shapes)), 3)
+    more = {"beam": (beam, ""), "element": (element, ""), "station": (stations.ravel(), "m")}
+    known = {node.name: number_of(node.name) for node in nodes}
     known |= {alias: known[name] for alias, name in body.aliases.items()}
     places = Places(numbers, body.reference_points()[numbers], known, more)
     N, M = np.concatenate(axial, axis=1), np.concatenate(bending, axis=1)
-    signed = N + np.copysign(np.abs(M), N)
-    return places, {"axial": N, "bending": M, "signed": signed, "von_mises": np.abs(signed)}
+    left, right = np.moveaxis(N[..., None] + M, -1, 0)
+    larger, smaller = np.maximum(left, right), np.minimum(left, right)
+    signed = np.where(larger + smaller >= 0.0, larger, smaller)
+    own = {"axial": N, "bending": M[..., 0], "bending_right": M[..., 1]}
+    return places, {**own, "signed": signed, "von_mises": np.abs(signed)}
 
 
 def _of_plane(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
@@ -286,7 +296,7 @@ def fatigue(sol: Solution, body: str, woehler: Any, point: Any, mechanism: Mecha
         wanted = peak.node
     own = stress(sol, body, [] if wanted is None else [wanted], None, mechanism)
     if "bending" in own:
-        histories = np.hstack([own["axial"].values + sign * own["bending"].values for sign in (1.0, -1.0)])
+        histories = np.hstack([(own["axial"] + own[fibre]).values for fibre in ("bending", "bending_right")])
     else:
         mean, half = 0.5 * (own["sx"].values + own["sy"].values), 0.5 * (own["sx"].values - own["sy"].values)
         histories = mean + half * np.cos(2.0 * PLANES) + own["txy"].values * np.sin(2.0 * PLANES)

@@ -243,6 +243,13 @@ def column(section, force, length=1.0, material=fm.STEEL, direction=(0.0, -1.0),
     return fm.Mechanism("column", [mast, fm.Fixed("base", fm.GROUND, mast, at=O), load])
 
 
+def _bare_hook():
+    """A quarter ring with a radius of twice its height, of which area and second moment alone are known."""
+    section = fm.GeneralSection(area=2e-4, second_moment=6.7e-9, outer_fibre=0.01)
+    mast = beam("mast", O, (0.04, 0.04), section, YIELDING, elements=8, turn=math.pi / 2, shear=5 / 6)
+    return fm.Mechanism("hook", [mast, fm.Fixed("base", fm.GROUND, mast, at=O)])
+
+
 def upright(share):
     """A link that stands on its pin, held by a share of the spring m g l/2 that it needs."""
     arm = link("arm", O, (0.0, 0.3))
@@ -508,6 +515,7 @@ CASES: dict[str, Case] = {
     "a beam as thick as it is long": (
         lambda: column(fm.Rectangle(width=0.1, height=0.2), 1.0, length=0.2), {"stubby-beam": {"mast"}},
     ),
+    "a hook whose outline is unknown": (_bare_hook, {"thick-arc": {"mast"}}),
     "a round block": (lambda: column(fm.Circle(0.3), 1.0, length=1.0), {"stubby-beam": {"mast"}}),
     # loads
     "a load beyond yield": (

@@ -126,13 +126,11 @@ def spun(body):
 
 
 def test_centrifugal_stress_of_beams():
-    errors = []
-    for elements in (4, 8):
+    """It was less by 1/(3 n^2) with n elements, the mean of the first one."""
+    for elements in (1, 4, 8):
         sol, exact = spun(beam(elements=elements, damping=2e-5, velocity=None))
         found = float(sol.stress("rod", ["start"])["axial"][-1, 0])
-        errors.append(1.0 - found / exact)
-        assert errors[-1] == pytest.approx(1.0 / (3.0 * elements**2), rel=0.05)  # the mean of the first element
-    assert errors[1] < 6e-3
+        assert found == pytest.approx(exact, rel=3e-4)
 
 
 @pytest.mark.slow

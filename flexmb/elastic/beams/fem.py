@@ -11,23 +11,24 @@ too stiff.  The elements of all beams of a model are assembled in one mesh, neve
 (N, V, M) are the forces of the part beyond a section on the part before it: N along the chord, V to its left, M
 counter-clockwise; M > 0 bends the beam to the left, as the curvature kappa > 0.  With kb, dk = uk - uk0, gk = de/duk:
 
-    N = ka e,   M(0) = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2, linear between,   V = (M(0) - M(L))/l
+    N = ka e,   M(0) = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2,   V = (M(0) - M(L))/l
 
-These are the elastic forces, without damping.
-Equations (2.7) and (2.13) to (2.16) of docs/theory/beam.md.
+and from these weight and inertia of the element are taken (see `beams.stress`).  They are forces without damping.
+Equations (2.7), (2.13) to (2.16) and (2.20) to (2.22) of docs/theory/beam.md.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from skfem import Basis, BilinearForm, CellBasis, ElementLineHermite, ElementLineP1, Functional, MeshLine
+from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
 from flexmb.elastic.beams.section import Section, shear_factors
+from flexmb.elastic.beams.stress import SECTION_FORCES, fill_section_forces
 from flexmb.errors import InputError
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
@@ -297,20 +298,24 @@ def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi:
     return np.asarray(_blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length)
 
 
-def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> SectionForces:
+def section_forces(
+    pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray, motion: Sequence[Array] | None = None
+) -> SectionForces:
     """Axial force [N], bending moment [N m] and shear force [N], each (n, m); arguments as for `element_shape`."""
-    # The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered
-    # beams.
-    d = deformation(pose_start, pose_end, beam)
-    L, (b11, b12, b22), (p, q, r), (free, free1, free2) = beam.length, beam.bending, beam.bow, beam.free
-    e = d.l - free + L / 30.0 * (p * d.u1**2 - q * d.u1 * d.u2 + r * d.u2**2)
-    N, u1, u2 = beam.axial * e, d.u1 - free1, d.u2 - free2
-    first = -(b11 * u1 + b12 * u2 + N * L / 30.0 * (2.0 * p * d.u1 - q * d.u2))
-    last = b12 * u1 + b22 * u2 + N * L / 30.0 * (2.0 * r * d.u2 - q * d.u1)
-    along = np.asarray(xi, dtype=float)[None, :]
-    M = (1.0 - along) * first[:, None] + along * last[:, None]
-    V = (first - last) / d.l
-    return SectionForces(*(np.broadcast_to(f[:, None], M.shape) if f.ndim == 1 else f for f in (N, M, V)))
+    # With the velocities and accelerations (n, 6) of both ends they are in balance with weight and inertia, else those
+    # of elasticity alone. The forces at the ends are in balance with the nodes whatever the section does in between,
+    # also for tapered beams.
+    q = np.concatenate([np.atleast_2d(pose_start), np.atleast_2d(pose_end)], axis=1)
+    v, a = (np.zeros_like(q),) * 2 if motion is None else map(np.ascontiguousarray, motion)
+    mass = beam.mass if beam.mass and motion is not None else (0.0,) * 18
+    stiffness = beam.length, beam.axial, *beam.bending, beam.start_angle, beam.end_angle, 0.0
+    found = np.zeros((len(q), SECTION_FORCES))
+    fill_section_forces(np.array((*stiffness, *mass, *beam.bow, *beam.free)), q, v, a, found)
+    N1, N2, N, V1, V2, V, M1, M2, d1, d2 = found.T[..., None]
+    x = np.asarray(xi, dtype=float)
+    y, bow = 1.0 - x, 6.0 * x * (1.0 - x)
+    N, V = (y * f1 + x * f2 + bow * (f - 0.5 * (f1 + f2)) for f1, f2, f in ((N1, N2, N), (V1, V2, V)))
+    return SectionForces(N, y * M1 + x * M2 + x * y * (y * d1 - x * d2), V)
 
 
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
@@ -326,19 +331,7 @@ def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:
     """The cubic of the axis, or its second derivative, on an element of unit length; (n, m)."""
-    h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
+    x = np.asarray(xi, dtype=float)
+    h1, h2 = (6.0 * x - 4.0, 6.0 * x - 2.0) if derivative else (x * (1.0 - x) ** 2, x * x * (x - 1.0))
     sheared = beam.shear[0] * d.u1 + beam.shear[1] * d.u2
     return np.asarray((d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2)
-
-
-@lru_cache(maxsize=64)
-def _cubics(xi: tuple[float, ...]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """The cubics with unit slope at the start and at the end, and their second derivatives, at the points xi."""
-    points = np.array(xi)
-    unit = MeshLine(np.array([[0.0, 1.0]]))
-    basis = CellBasis(unit, ElementLineHermite(), quadrature=(points[None, :], np.ones(len(points))))
-    fields = [basis.basis[i][0] for i in (1, 3)]
-    # roundoff of scikit-fem's inverted matrix must not move the nodes
-    inner = np.where((points == 0.0) | (points == 1.0), 0.0, 1.0)
-    values = tuple(inner * np.asarray(f)[0] for f in fields)
-    return {0: values, 2: tuple(f.hess[0, 0, 0] for f in fields)}

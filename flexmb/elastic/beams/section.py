@@ -36,6 +36,10 @@ class Section(Input, Shown, ABC):
         """Distance c(s) [m] of the outermost fibre from the centroid, in the plane of motion; stress = M c / I."""
         raise InputError(f"{type(self).__name__}: the distance of the outer fibre is unknown; no stress can be given.")
 
+    def over_radius_at(self, s: Place, radius: float) -> Array:  # noqa: ARG002, used where a subclass knows it
+        """Integral of dA/r [m] over the section at s of an arc, `radius` of its centroid [m]; NaN: no outline."""
+        return np.full(np.shape(s), math.nan)
+
     def shear_factor_at(self, s: Place, poisson: float) -> Array:  # noqa: ARG002, used where a subclass knows it
         """Shear factor ks(s) [1], shaped like s: shear force = ks G A (shear angle); `poisson` is Poisson's ratio.
 
@@ -68,6 +72,12 @@ class Dimensioned(Section):
             raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
         return c
 
+    def over_radius_at(self, s: Place, radius: float) -> Array:
+        """Integral of dA/r [m] for the dimensions at s; NaN: no outline, or one that reaches to the centre."""
+        kind, dimensions = self._dimensions_at(s)
+        *_, c = kind.numbers_of(*dimensions)
+        return np.where(radius > c, kind.over_radius_of(radius, *dimensions), math.nan)
+
     def shear_factor_at(self, s: Place, poisson: float) -> Array:
         kind, dimensions = self._dimensions_at(s)
         return kind.shear_factor_of(poisson, *dimensions)
@@ -84,6 +94,11 @@ class Prismatic(Dimensioned):
     @abstractmethod
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
         """Area [m^2], second moment of area [m^4] and distance of the outer fibre [m] of dimensions; NaN: unknown."""
+
+    @staticmethod
+    def over_radius_of(radius: float, *dimensions: Array) -> Array:
+        """Integral of dA/r [m] for a radius of the centroid [m] and these dimensions; NaN: no outline."""
+        return np.full_like(dimensions[0], math.nan)
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
@@ -129,6 +144,12 @@ class Rectangle(Prismatic):
         b, h = dimensions
         return b * h, b * h**3 / 12.0, 0.5 * h
 
+    @staticmethod
+    def over_radius_of(radius: float, *dimensions: Array) -> Array:
+        """Integral of dA/r [m]: b ln((R + h/2)/(R - h/2))."""
+        b, h = dimensions
+        return np.asarray(2.0 * b * np.arctanh(np.minimum(0.5 * h / radius, 1.0)))
+
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
         """Shear factor 10 (1 + nu)/(12 + 11 nu) [1] of Cowper, nu = poisson; 5/6 for nu = 0."""
@@ -151,6 +172,12 @@ class Circle(Prismatic):
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
         (d,) = dimensions
         return 0.25 * math.pi * d**2, math.pi * d**4 / 64.0, 0.5 * d
+
+    @staticmethod
+    def over_radius_of(radius: float, *dimensions: Array) -> Array:
+        """Integral of dA/r [m]: 2 pi (R - (R^2 - d^2/4)^(1/2))."""
+        c2 = 0.25 * dimensions[0] ** 2
+        return np.asarray(2.0 * math.pi * c2 / (radius + np.sqrt(np.maximum(radius**2 - c2, 0.0))))
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
@@ -181,6 +208,12 @@ class Tube(Prismatic):
     def numbers_of(*dimensions: Array) -> tuple[Array, Array, Array]:
         D, d = dimensions
         return 0.25 * math.pi * (D**2 - d**2), math.pi * (D**4 - d**4) / 64.0, 0.5 * D
+
+    @staticmethod
+    def over_radius_of(radius: float, *dimensions: Array) -> Array:
+        """Integral of dA/r [m], the difference of two circles."""
+        D, d = dimensions
+        return Circle.over_radius_of(radius, D) - Circle.over_radius_of(radius, d)
 
     @classmethod
     def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:

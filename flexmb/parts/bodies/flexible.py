@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.elastic.beams import corotational
+from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
+from flexmb.elastic.beams.stress import outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
@@ -216,6 +216,12 @@ class Beam:
         """Points of the nodes in the reference configuration [m]."""
         return corotational.points(self.start, self.end, self.turn, self.places)
 
+    @property
+    def middles(self) -> list[Point]:
+        """Points of the middles of the elements in the reference configuration [m]."""
+        middles = [0.5 * (a + b) for a, b in pairwise(self.places)]
+        return corotational.points(self.start, self.end, self.turn, middles)
+
 
 def checked_elements(label: str, elements: object) -> Elements:
     """A number of elements, or increasing fractions of the length where inner nodes stand."""
@@ -361,30 +367,22 @@ def chord_directions(beam: Beam) -> list[float]:
     return corotational.tangents(beam.start, beam.end, beam.turn, middles)
 
 
-def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
-    """Elements of a beam, for strains."""
-    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
-    outer = outer_fibres(beam.section, stations / stations[-1])
-    outer = np.maximum(outer[:-1], outer[1:])
-    ends = np.array([offsets[:-1], offsets[1:]])
-    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
-
-
-def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
+def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravity: Point) -> tuple[BeamShape, ...]:
     """Drawing records of all elements."""
     shapes = []
     for beam in beams:
         data = matrices(beam)
         unstressed = unstressed_shape(beam, data)
         depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
-        for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
+        for k, p in enumerate(beam_parameters(beam, nodes, 0.0, gravity)):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
             depth = (float(depths[k]), float(depths[k + 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
             bending = p[corotational.B11], p[corotational.B12], p[corotational.B22]
             angles = p[corotational.OFFSET1], p[corotational.OFFSET2]
             length, axial = p[corotational.LENGTH], p[corotational.AXIAL]
-            shape = BeamShape(part, *ends, length, *angles, axial, bending, ei, depth)
+            mass = p[corotational.GRAVITY_X : corotational.BOW11]
+            shape = BeamShape(part, *ends, length, *angles, axial, bending, ei, depth, mass=mass)
             shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))
             plain = not any(shares) and not beam.turn
             shapes.append(shape if plain else replace(shape, shear=shares, bow=bow, unstressed=free))
@@ -455,6 +453,42 @@ def deflection_kernel(p, t, q, v, a):
     return (dx * (q[3] - q[1]) - dy * (q[2] - q[0])) / math.sqrt(dx * dx + dy * dy)
 
 
+# Parameters of the deflection within an element: place, shear shares, those of the element; coordinates of its nodes
+# stand behind those of both ends of the chord, and are so many.
+ALONG, SHARE1, SHARE2, OWN = range(4)
+ENDS, COORDINATES = 4, 10
+SAME_PLACE = 1e-9  # part of the length of a beam within which a node is its middle
+
+
+@signal_kernel
+def inner_deflection_kernel(p, t, q, v, a):
+    """Distance of a place on the axis of an element from the chord (x0, y0)-(x1, y1), positive to its left."""
+    own, x = p[OWN:], q[ENDS:COORDINATES]
+    _, c, s, _, u1, u2 = corotational.deformation(own, x)
+    sheared, along = p[SHARE1] * u1 + p[SHARE2] * u2, p[ALONG]
+    rest = 1.0 - along
+    w = own[corotational.LENGTH] * along * rest * (rest * (u1 - sheared) - along * (u2 - sheared))
+    dx, dy = q[2] - q[0], q[3] - q[1]
+    px, py = rest * x[0] + along * x[3] - s * w - q[0], rest * x[1] + along * x[4] + c * w - q[1]
+    return (dx * py - dy * px) / math.sqrt(dx * dx + dy * dy)
+
+
+def deflection_signal(part: str, beam: Beam, nodes: Mapping[str, Node]) -> SignalContribution:
+    """The signal `deflection` of the middle of a beam, which is a node or lies in an element."""
+    places, first, last = np.array(beam.places), beam.nodes[0], beam.nodes[-1]
+    k = int(np.argmin(np.abs(places - 0.5)))
+    if abs(places[k] - 0.5) < SAME_PLACE:
+        three = tuple((part, node, axis) for node in (first, beam.nodes[k], last) for axis in (0, 1))
+        return SignalContribution(part, "deflection", "m", deflection_kernel, three)
+    k = int(np.searchsorted(places, 0.5)) - 1
+    along = (0.5 - places[k]) / (places[k + 1] - places[k])
+    ends = tuple((part, node, axis) for node in (first, last) for axis in (0, 1))
+    inner = tuple(c for node in beam.nodes[k : k + 2] for c in node_coordinates(part, node))
+    own = beam_parameters(beam, dict(nodes), 0.0, (0.0, 0.0))[k]
+    p = (float(along), *matrices(beam).shear_shares[k].tolist(), *own)
+    return SignalContribution(part, "deflection", "m", inner_deflection_kernel, (*ends, *inner), p)
+
+
 def knows_stress(section: Section) -> bool:
     """Whether a section knows its outer fibre."""
     try:
@@ -469,26 +503,40 @@ def number_of(node: str) -> int:
     return int(node.removeprefix("node"))
 
 
-def section_factors(beam: Beam) -> np.ndarray:
-    """(2, n) stress over axial force, 1/A [1/m^2], and over moment, c/I [1/m^3], at nodes; outer fibres are known."""
-    places, section = np.array(beam.places), beam.section
-    fibre = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
-    return np.stack([1.0 / np.asarray(section.area_at(places)), fibre])
+def arc_factors(beam: Beam, places: Sequence[float] | np.ndarray = (0.0, 0.5, 1.0)) -> np.ndarray:
+    """(..., 2) stress over -M in the outer fibres on the left and on the right of an arc [1/m^3]; NaN: no outline."""
+    return stress.arc_factors(beam.section, np.asarray(places), beam.turn, beam.length)
 
 
-def beam_stress_signal(part: str, beams: Sequence[Beam], nodes: Mapping[str, Node]) -> SignalContribution:
+THIN = 1e-6  # outer fibre over the radius of an arc, below which its stress is that of a straight beam
+
+
+def section_factors(beam: Beam, along: np.ndarray) -> np.ndarray:
+    """(elements, m, 3) stress over N, 1/A, and over -M in the outer fibres on the left and on the right [1/m^3]."""
+    # At fractions (m,) along each element of a beam whose outer fibres are known.
+    stations, section = np.array(beam.stations), beam.section
+    places = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
+    left = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
+    both = np.stack([left, -left], axis=-1)
+    if beam.turn and abs(beam.turn) > THIN * beam.length / np.max(section.outer_fibre_at(places)):
+        curved = arc_factors(beam, places)
+        both = np.where(np.isnan(curved), both, curved)
+    return np.concatenate([1.0 / np.asarray(section.area_at(places))[..., None], both], axis=-1)
+
+
+def beam_stress_signal(
+    part: str, beams: Sequence[Beam], nodes: Mapping[str, Node], gravity: Point
+) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body of beams, whose sections know their outer fibres."""
-    place = {name: 3.0 * k for k, name in enumerate(nodes)}
     coordinates = tuple(c for name in nodes for c in node_coordinates(part, name))
-    rows = [row for beam in beams for row in _rows(beam, dict(nodes), place)]
-    count, p = float(len(rows)), tuple(x for row in rows for x in row)
-    p = (count, *p)
-    return SignalContribution(part, "von_mises", "Pa", beam_stress_kernel, coordinates, p, place="von_mises_node")
-
-
-def _rows(beam: Beam, nodes: dict[str, Node], place: Mapping[str, float]) -> Iterator[tuple[float, ...]]:
-    """Parameters of each element of a beam."""
-    factors = section_factors(beam).T.tolist()
-    parameters = beam_parameters(beam, nodes, 0.0, (0.0, 0.0))
-    for ends, (first, last), own in zip(pairwise(beam.nodes), pairwise(factors), parameters, strict=True):
-        yield (*(place[name] for name in ends), *(float(number_of(name)) for name in ends), *first, *last, *own)
+    place = {name: 3.0 * k for k, name in enumerate(nodes)}
+    found: list[tuple[float, ...]] = []
+    for beam in beams:
+        factors = section_factors(beam, stress.PLACES).reshape(len(beam.nodes) - 1, -1).tolist()
+        own = beam_parameters(beam, dict(nodes), 0.0, gravity)
+        for ends, factor, parameters in zip(pairwise(beam.nodes), factors, own, strict=True):
+            numbers = *(float(number_of(name)) for name in ends), float(len(nodes) + len(found))
+            found.append((*(place[name] for name in ends), *numbers, *factor, *parameters))
+    p = (float(len(found)), *(x for row in found for x in row))
+    kernel = stress.beam_stress_kernel
+    return SignalContribution(part, "von_mises", "Pa", kernel, coordinates, p, place="von_mises_node")

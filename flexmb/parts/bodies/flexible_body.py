@@ -25,6 +25,7 @@ from flexmb.model.shape import Shapes
 from flexmb.parts.bodies import flexible
 
 Point = tuple[float, float]
+THICK_ARC = 0.1  # height of a section over the radius of an arc, above which the stress is not that of a straight beam
 LEAST_SLENDERNESS = 5.0  # length of a beam over its height, below which shear cannot be left out
 
 
@@ -39,7 +40,8 @@ class FlexibleBody(ElasticBody):
     # - shear (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for Poisson's ratio
     #   of the material), or the shear factor, such as 5/6.
     # - stress: the largest normal stress in the outer fibres, signals `von_mises` [Pa] and `von_mises_node`, the number
-    #   of its node.  None: where the material has a yield stress and all sections know their outer fibres.
+    #   of its node, or of the middle of an element behind all nodes.  None: where the material has a yield stress and
+    #   all sections know their outer fibres.
     # - velocity: of a rigid motion, or one (vx, vy, omega) per node; displacement: per node [m, rad], added to the
     #   reference configuration.
     stress_name: ClassVar[str] = "normal stress in the outer fibres"
@@ -132,11 +134,16 @@ class FlexibleBody(ElasticBody):
         return all(map(flexible.knows_stress, self._sections))
 
     def reference_points(self) -> np.ndarray:
-        return np.array([(node.x, node.y) for node in self.nodes()])
+        """Places (n, 2) of the nodes, then of the middles of the elements, in the reference configuration [m]."""
+        return np.array([(node.x, node.y) for node in self.nodes()] + [p for beam in self.beams for p in beam.middles])
 
-    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
-        strain = self._strains(lambda names: np.array([[pose[name] for name in names]])).max()
-        return float(strain), float(strain) * self.material.young
+    def place_name(self, number: int) -> str:
+        count = len(self.nodes())
+        return super().place_name(number) if number < count else f"the middle of element {number - count}"
+
+    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
+        strain = float(self._strains(lambda names: np.array([[pose[name] for name in names]])).max())
+        return strain, max(strain * self.material.young, super().strain_at_rest(mechanism, pose)[1])
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
         strains = self._strains(lambda names: motion.rows(*names))
@@ -145,15 +152,27 @@ class FlexibleBody(ElasticBody):
 
     def _strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
         """Largest strains (n,) of n poses, by a function that gives `rows` (n, k) of coordinates by full names."""
-        nodes, found_here = {node.name: node for node in self.nodes()}, []
-        for beam in self.beams:
-            names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
-            strains = flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1))
-            found_here.append(strains.max(axis=1))
+        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element.
+        from flexmb.elastic.beams import fem  # noqa: PLC0415 - scikit-fem is needed only here
+
+        found_here, nodes, ends = [], {node.name: node for node in self.nodes()}, np.array([0.0, 1.0])
+        for one in flexible.beam_shapes(self.name, self.beams, nodes, (0.0, 0.0)):
+            start, end = (rows([f"{self.name}.{k}.{x}" for x in ("x", "y", "theta")]) for k in (one.start, one.end))
+            axial = np.abs(fem.section_forces(start, end, one, ends).N[:, 0]) / (one.axial * one.length)
+            bending = np.abs(fem.curvature(start, end, one, ends)).max(axis=1)
+            found_here.append(axial + bending * 0.5 * max(one.depth))
         return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
-        """Finding on beams without shear that are short for their height."""
+        """Findings on thick arcs of unknown outlines, and on beams without shear that are short for their height."""
+        arcs = [beam for beam in self.beams if beam.turn and self.seeks_stress]
+        heights = [2.0 * _outer_fibre(beam.section) * abs(beam.turn) / beam.length for beam in arcs]
+        unknown = [h for h, beam in zip(heights, arcs, strict=True) if np.isnan(flexible.arc_factors(beam)).any()]
+        if unknown and max(unknown) > THICK_ARC:
+            text = f"{self.label}: the radius of an arc is {1.0 / max(unknown):.3g} times the height of its section,"
+            text += " whose outline is unknown: its stress is that of a straight beam, too small at the inner fibre."
+            remedy = "Take a Rectangle, Circle or Tube, or a section of your own with over_radius_at."
+            yield found("thick-arc", (self.name,), text, remedy, radius_over_height=1.0 / max(unknown))
         if self.shear is not False:
             return
         height = max(2.0 * _outer_fibre(beam.section) for beam in self.beams)
@@ -173,16 +192,16 @@ class FlexibleBody(ElasticBody):
         return Attachment(self.name, node.name, (0.0, 0.0))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        nodes = {n.name: n for n in self.nodes()}
+        nodes, gravity = {n.name: n for n in self.nodes()}, mechanism.gravity
         return [
-            *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
-            *self._boss_pieces(mechanism.gravity),
+            *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, gravity),
+            *self._boss_pieces(gravity),
             *flexible.mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
-            *([flexible.beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
+            *([flexible.beam_stress_signal(self.name, self.beams, nodes, gravity)] if self.seeks_stress else []),
         ]
 
-    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
-        return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()}, mechanism.gravity)
 
     @classmethod
     def prepare(cls, parts: Sequence[FlexibleBody]) -> None:

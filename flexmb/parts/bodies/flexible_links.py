@@ -15,7 +15,7 @@ from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
 from flexmb.fields import between, field, not_negative, point, record, several, variant
 from flexmb.late import scipy
-from flexmb.model.contributions import Contribution, Node, SignalContribution
+from flexmb.model.contributions import Contribution, Node
 from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
@@ -409,9 +409,7 @@ class FlexibleLink(FlexibleBody, Bar):
         return (self._beam(names, ends, flexible.fractions(self.elements), self.section, self.turn),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        three = (self.corners[0], self.main, self.corners[1])
-        coordinates = tuple([(self.name, node, axis) for node in three for axis in (0, 1)])
-        deflection = SignalContribution(self.name, "deflection", "m", flexible.deflection_kernel, coordinates)
+        deflection = flexible.deflection_signal(self.name, self.beams[0], {n.name: n for n in self.nodes()})
         return [*super().contributions(mechanism), deflection]
 
     def _boss_pieces(self, gravity: Point) -> list[Contribution]:

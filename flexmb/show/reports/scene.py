@@ -20,17 +20,18 @@ from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, do
 
 
 def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> np.ndarray | None:
-    """Largest stress (n, m) of each beam element, >= 0 [Pa], at its ends as of `Solution.stress`."""
+    """Largest stress (n, m) of each beam element, >= 0 [Pa], at its ends and in its middle as of `Solution.stress`."""
     # None where the mechanism is unknown, or a section does not know its outer fibre. Elements stand in the order of
     # the shapes, instants by the numbers (n,) of saved ones.
-    parts = dict.fromkeys(shape.part for shape in sol.shapes if isinstance(shape, BeamShape))
-    known = dict(zip(mechanism.names, mechanism.parts, strict=True)) if mechanism is not None else {}
-    columns = []
-    for body in map(known.get, parts):
+    beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
+    if mechanism is None or not all(drawing.beam_motion(sol, shape, instants) for shape in beams):
+        return None
+    known, columns = dict(zip(mechanism.names, mechanism.parts, strict=True)), []
+    for body in map(known.get, dict.fromkeys(shape.part for shape in beams)):
         if not isinstance(body, ElasticBody) or not body.knows_stress:
             return None
-        ends = of_beams(sol, body, instants)[1]["von_mises"]
-        columns.append(ends.reshape(len(instants), -1, 2).max(axis=2))
+        along = of_beams(sol, body, mechanism, instants)[1]["von_mises"]
+        columns.append(along.reshape(len(instants), -1, 3).max(axis=2))
     return np.concatenate(columns, axis=1) if columns else None
 
 
