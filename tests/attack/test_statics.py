@@ -117,7 +117,8 @@ def test_a_follower_force_has_no_potential_to_judge_by():
     assert fm.static_equilibrium(mech).stable is None
 
 
-def test_joints_that_repeat_one_another_are_named():
+def test_joints_that_repeat_one_another_are_named(monkeypatch):
+    monkeypatch.setattr("flexmb.statics.equilibrium.MOST_STRIDES", 60)
     cranks = [fm.RigidLink(f"c{k}", (k, 0.0), (k + 0.1, -0.5), mass=1.0, inertia=0.02) for k in range(3)]
     rod = fm.RigidLink("rod", cranks[0].end, cranks[2].end, mass=3.0, inertia=1.0)
     pins = [fm.Revolute(f"A{k}", fm.GROUND, c, c.start) for k, c in enumerate(cranks)]

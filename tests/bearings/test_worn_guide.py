@@ -257,7 +257,7 @@ def test_a_narrow_pit_is_named_and_its_depth_goes_with_the_number_of_places(life
     assert float(finer["guide.volume"][-1]) == pytest.approx(float(life["guide.volume"][-1]), rel=0.05)
 
 
-@pytest.mark.parametrize(("turns", "depth"), [(1e4, 0.1), pytest.param(1e5, 0.5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("turns", "depth"), [(3e4, 0.15), pytest.param(1e5, 0.5, marks=pytest.mark.slow)])
 def test_half_the_error_gives_the_same_life(turns, depth):
     """Up to a depth of a part of the clearance."""
     life, finer = (

@@ -311,7 +311,7 @@ def _fields(ratio: float, angles: int, **film: Any) -> np.ndarray:
 
 
 def _both_spins(own: np.ndarray, mirrored: np.ndarray) -> np.ndarray:
-    """Fields (4, eccentricities, angles), from those for one spin and those that are mirrored for the other one."""
+    """Fields (4, eccentricities, angles) of a table, by its own half and the half of the other spin."""
     quarter, other = own.shape[2] // 2, mirrored[..., ::-1] * np.array([1.0, -1.0, 1.0, 1.0])[:, None, None]
     return np.concatenate([own[..., quarter:-1], other, own[..., 1:quarter]], axis=2)
 
