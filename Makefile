@@ -24,10 +24,12 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m mypy
 
-# Compilation uses one core and a half, so the source is checked meanwhile.
+# Compilation uses one core and a half, so the source is checked meanwhile.  Values beside a failed `assert` take a second
+# a hundred files to prepare, so what failed runs once more with them.
 test: $(VENV)/.installed-dev  ## checks of the source, and every test that is not slow
 	$(BIN)/python tests/ship.py & $(MAKE) --no-print-directory lint && wait $$!
-	$(BIN)/python -m pytest -n 2 --dist loadfile --durations=40 -m "not slow and not speed"
+	$(BIN)/python -m pytest -n 2 --dist loadfile --durations=40 --assert=plain -m "not slow and not speed" \
+	  || { $(BIN)/python -m pytest -n 0 --last-failed -m "not slow and not speed"; exit 1; }
 
 test-all: forget warm lint  ## the same with the slow tests, on a fresh compilation cache
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not speed"

@@ -5,6 +5,7 @@ import gc
 import os
 import shutil
 import sys
+from collections.abc import Generator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,6 +44,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if (ROOT / "tests" / "speed") in item.path.parents:
             item.add_marker(pytest.mark.speed)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file() -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+    """Docstrings of tests hold no examples: to look for them takes as long as to import the tests."""
+    found = yield
+    return [one for one in found if type(one) is pytest.Module]
 
 
 @pytest.fixture(scope="session")

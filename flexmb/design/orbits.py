@@ -122,7 +122,7 @@ def static_sensitivity(
     system = StateEvaluation(program).at(flow.q[:n], lam=flow.lam, z=flow.z, weights=(1.0, 0.0, 0.0))
     T.u[:] = system.solve(b.T, f"Motion of the equilibrium of {program.name!r}").T
     T.q[:, :n] = T.u[:, :n]
-    run.find_slopes(T)
+    run.find_slopes()
     units, signals = here.program.names.signals.units, run.record.signals[places]
     named = zip(names, places, signals, T.rows.now.T, strict=True)
     rows = [(name, units[k], y, slope) for name, k, y, slope in named]

@@ -104,7 +104,7 @@ class TestedKernel:
         """Outputs of the compiled function by name, at a `state`."""
         return self._outputs(self.kernel.dispatcher, state)
 
-    def of(self, state: State, output: str, name: str, part: slice = slice(None)) -> Callable[[Any], np.ndarray]:
+    def of(self, state: State, output: str, name: str, part: Any = slice(None)) -> Callable[[Any], np.ndarray]:
         """A part of an output, or a whole one, as a function of one input beside a state."""
         return lambda x: np.atleast_1d(self({**state, name: x})[output])[part]
 
@@ -285,8 +285,8 @@ class Bench:
         """Compare a derivative of the kernel with differences of a function at x."""
         # The formula begins with the name of the derivative; `scale` is that of the differences. `sizes` are `rows`,
         # `columns`: weights that give all entries one unit; `floor`: smallest size of a row; `noise`: round-off of the
-        # function beyond that of its own size.
-        expected, uncertain = gradient(function, x, scale, sizes.get("noise", 0.0))
+        # function beyond that of its own size; `found`: differences and uncertainties, where they are known.
+        expected, uncertain = sizes.get("found") or gradient(function, x, scale, sizes.get("noise", 0.0))
         value = np.asarray(value, dtype=float)
         expected, uncertain = expected.reshape(value.shape), uncertain.reshape(value.shape)
         weight = np.asarray(sizes.get("rows", 1.0))

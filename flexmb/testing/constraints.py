@@ -22,7 +22,7 @@ from flexmb.places import (
     SLIP,
 )
 from flexmb.program.structure import zeros_of_constraints
-from flexmb.testing.bench import Bench, State, TestedKernel
+from flexmb.testing.bench import Bench, State, TestedKernel, gradient
 from flexmb.testing.elements import check_zeros
 
 STEPS = (0.0, 1e-5, 1e-3)  # time steps h [s] of the states
@@ -83,18 +83,18 @@ def check_gap_at(
     bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable, in {where}")
     step = np.where(scale == 1.0, 1.0, size)  # lengths of the size of the gap, angles of 1 rad at most
     step[[2, 5]] = min(1.0, size / float(scale.max()))
-    q, v = state["q"], state["v"]
-    normal, tangent = rows(out)
-
-    units = {"columns": step}
-    gap = tested.of(state, "out", "q", slice(GAP, GAP_RATE))
-    bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], gap, q, step, **units)
+    q, v, (normal, tangent) = state["q"], state["v"], rows(out)
+    places = [GAP, NORMAL_X, NORMAL_X + 1, ARM1_X, ARM1_X + 1, ARM2_X, ARM2_X + 1]
+    slopes, doubts = gradient(tested.of(state, "out", "q", places), q, step)
+    gap, found = tested.of(state, "out", "q", slice(GAP, GAP_RATE)), (slopes[:1], doubts[:1])
+    bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], gap, q, step, found=found, columns=step)
     blocks = (("normal", NORMAL_X, NORMAL_X_Q), ("first_arm", ARM1_X, ARM1_X_Q), ("second_arm", ARM2_X, ARM2_X_Q))
-    for name, begin, begin_of_derivatives in blocks:
+    for k, (name, begin, begin_of_derivatives) in enumerate(blocks):
+        found = slopes[[2 * k + 1, 2 * k + 2]], doubts[[2 * k + 1, 2 * k + 2]]
         derivatives = out[begin_of_derivatives : begin_of_derivatives + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
         entries, formula = tested.of(state, "out", "q", slice(begin, begin + 2)), f"{name} = its derivatives by q"
-        bench.derivative(tested, formula, state, derivatives, entries, q, step, floor=floor, **units)
+        bench.derivative(tested, formula, state, derivatives, entries, q, step, floor=floor, found=found, columns=step)
     for name, value, row in (("gap rate and J_n v", out[GAP_RATE], normal), ("slip and J_t v", out[SLIP], tangent)):
         bench.balanced(tested, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"

@@ -72,8 +72,9 @@ def test_a_pendulum_on_a_spinning_arm_is_held_by_centrifugal_force():
 
 
 @pytest.mark.parametrize("load", [(0.0, 0.0), (1.0, 0.0)])
-def test_what_no_load_holds_is_refused(load):
+def test_what_no_load_holds_is_refused(load, monkeypatch):
     """A body on a frictionless guide, left alone and pushed along it."""
+    monkeypatch.setattr("flexmb.statics.equilibrium.MOST_STRIDES", 60)
     body = fm.RigidBody("body", (0.0, 0.0), mass=1.0, inertia=0.1)
     parts = (body, fm.Prismatic("guide", fm.GROUND, body), fm.Force("F", body, (0.0, 0.0), load))
     with pytest.raises(fm.errors.SolveError, match=r"no static equilibrium: a motion that moves 'body.x' most"):
@@ -116,7 +117,8 @@ def test_a_follower_force_has_no_potential_to_judge_by():
     assert fm.static_equilibrium(mech).stable is None
 
 
-def test_joints_that_repeat_one_another_are_named():
+def test_joints_that_repeat_one_another_are_named(monkeypatch):
+    monkeypatch.setattr("flexmb.statics.equilibrium.MOST_STRIDES", 60)
     cranks = [fm.RigidLink(f"c{k}", (k, 0.0), (k + 0.1, -0.5), mass=1.0, inertia=0.02) for k in range(3)]
     rod = fm.RigidLink("rod", cranks[0].end, cranks[2].end, mass=3.0, inertia=1.0)
     pins = [fm.Revolute(f"A{k}", fm.GROUND, c, c.start) for k, c in enumerate(cranks)]

@@ -1,8 +1,6 @@
 """Line meshes: what is read, how it is ordered and split, and every message; the meshes of the nine-bar."""
 
 import ast
-import subprocess
-import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from itertools import pairwise
 from math import cos, pi, sin
@@ -76,9 +74,8 @@ def test_stored_meshes_are_what_the_script_writes(tmp_path):
 
 
 def test_script_takes_the_number_of_elements(tmp_path):
-    run = [sys.executable, str(MESHES / "make_meshes.py"), "--elements", "6", "--out", str(tmp_path)]
-    output = subprocess.run(run, check=True, capture_output=True, text=True).stdout
-    assert sum(line.endswith(".msh") for line in output.splitlines()) == 14
+    written = make_meshes().main(["--elements", "6", "--out", str(tmp_path)])
+    assert sum(path.suffix == ".msh" for path in written) == 14
     assert len(chain(read_lines(tmp_path / "link2.msh"))) == 7
     assert len(read_lines(tmp_path / "panel7.msh").edges) == 18
     with pytest.raises(SystemExit):
@@ -235,7 +232,8 @@ def test_what_is_no_straight_chain_is_named(points, edges, message):
 def test_gentle_curves_are_no_members(closed):
     n = 70_000
     angle = np.arange(n) * (2.0 * pi / n)
-    edges = np.stack([np.arange(n), (np.arange(n) + 1) % n], axis=1)[: n if closed else n - 1]
+    edges = np.stack([np.arange(n), (np.arange(n) + 1) % n], axis=1)[: n if closed else n // 20]
+    angle = angle if closed else angle[: n // 20 + 1]
     circle = LineMesh(np.stack([np.cos(angle), np.sin(angle)], axis=1), edges, np.zeros(len(edges), dtype=int))
     with pytest.raises(InputError, match="not straight"):
         members(circle)

@@ -84,7 +84,7 @@ def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
     round_one = replace(WET, clearance=C + d)
     moved = (np.add(FIRST, shift), SECOND) if surface == "bearing" else (FIRST, np.subtract(SECOND, shift))
     own = round_one.numbers(*map(tuple, moved))
-    for q, v in states(100, 0.9, shift, C + d, 2 if surface == "bearing" else 5):
+    for q, v in states(40, 0.9, shift, C + d, 2 if surface == "bearing" else 5):
         expected = force(JOURNAL_FILM.force, own, q, v)
         assert force(WORN_FILM.force, p, q, v) == pytest.approx(expected, abs=2e-3 * abs(expected).max())
         a, b = signals(worn_film_signal, p, 0, q, v), signals(film_signal, own, 12, q, v)

@@ -271,8 +271,15 @@ def test_a_shaft_under_load_wears_its_bearing_by_the_rigid_law():
 
 
 @pytest.fixture(scope="module")
-def life():
-    return fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=4)
+def stored(tmp_path_factory):
+    """A life and its store."""
+    store = tmp_path_factory.mktemp("life") / "whole.zarr"
+    return fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=4, store=store), store
+
+
+@pytest.fixture(scope="module")
+def life(stored):
+    return stored[0]
 
 
 def test_rows_of_a_life(life):
@@ -298,7 +305,8 @@ def files(folder):
     return {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def test_a_life_that_was_interrupted_goes_on_to_the_same_bits(life, tmp_path, monkeypatch):
+def test_a_life_that_was_interrupted_goes_on_to_the_same_bits(stored, tmp_path, monkeypatch):
+    life, whole = stored
     mech, rate, left = DRY.with_part(WORN), study.Turns.rate, [14]
 
     def stops(self, depths):
@@ -315,9 +323,7 @@ def test_a_life_that_was_interrupted_goes_on_to_the_same_bits(life, tmp_path, mo
     assert 0 < int((fm.sweeps.load_sweep(store)["status"] == "done").sum()) < 5
     again = fm.wear_out(mech, turns=2000.0, keep=4, store=store, resume=True)
     assert again.identical(life)
-    whole = fm.wear_out(mech, turns=2000.0, keep=4, store=tmp_path / "whole.zarr")
-    assert whole.identical(life)
-    assert files(store) == files(tmp_path / "whole.zarr")
+    assert files(store) == files(whole)
     assert fm.sweeps.load_sweep(store).identical(life)
 
 
@@ -326,6 +332,8 @@ def test_a_store_of_another_study_is_refused(tmp_path):
     fm.wear_out(DRY.with_part(WORN), **few)
     with pytest.raises(fm.errors.InputError, match="another sweep"):
         fm.wear_out(DRY.with_part(WORN.with_depths(GROOVE)), resume=True, **few)
+    alone = fm.wear_out(DRY.with_part(WORN), turns=10.0, keep=1)
+    assert alone.identical(fm.sweeps.load_sweep(few["store"]))
 
 
 def test_a_study_of_too_many_runs_is_refused_and_one_that_takes_more_stops():

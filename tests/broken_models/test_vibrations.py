@@ -101,12 +101,12 @@ def flexible_states():
 
 def test_findings_are_the_same_whenever_they_are_asked_for(tmp_path):
     """At once, after other runs, from another process and from a file."""
-    sol, again = (fm.simulate(oscillator(192.0), t_end=100.0) for _ in range(2))
+    sol, again = (fm.simulate(oscillator(192.0), t_end=20.0) for _ in range(2))
     assert len(sol.notes) == 1
     fm.simulate(oscillator(5.0), t_end=1.0)
     assert pickle.loads(pickle.dumps(again)).notes == sol.notes  # noqa: S301, made in this line
     assert again.findings == sol.findings
-    last = fm.simulate(oscillator(192.0), t_end=100.0)
+    last = fm.simulate(oscillator(192.0), t_end=20.0)
     last.to_netcdf(tmp_path / "last.nc")
     assert fm.load(tmp_path / "last.nc").notes == sol.notes == last.notes
 

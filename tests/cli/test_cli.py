@@ -468,15 +468,6 @@ def test_ready_mechanisms_are_listed_as_they_are_run():
         assert listed[name].__doc__.splitlines()[0] == make.__doc__.splitlines()[0]
 
 
-def test_a_run_without_pages_of_diagrams_does_not_wait_for_xarray(root, tmp_path):
-    code = "import sys; from flexmb.cli import main\nmain(sys.argv[1:])\nassert 'xarray' not in sys.modules"
-    command = [sys.executable, "-c", code, "run", "slider-crank", "--quiet", "--out", str(tmp_path)]
-    command += ["--t-end", "10ms", "--frames", "2"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)
-    assert done.returncode == 0, done.stderr
-    assert {one.suffix for one in tmp_path.iterdir()} == {".nc", ".pvd", ".png", ".html", ""}
-
-
 def test_as_a_module(root):
     command = [sys.executable, "-m", "flexmb", "run", "slider-crank", "--clearance", "1 parsec"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)

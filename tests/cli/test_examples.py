@@ -350,6 +350,7 @@ def least_acceleration(steepest):
     return linprog([0.0, 0.0, 1.0], A_ub=rows, b_ub=room, bounds=[(None, None)] * 3).fun
 
 
+@pytest.mark.slow  # five seconds; path_synthesis and counterweight are optimised, too
 def test_cam_law(printed):
     text = printed("cam_law")
     known = 2.0 * math.pi, 10.0 / math.sqrt(3.0), least_acceleration(1.5), least_acceleration(math.radians(30.0))
@@ -362,6 +363,7 @@ def test_cam_law(printed):
     assert float(held) == pytest.approx(30.0, abs=1e-3)
 
 
+@pytest.mark.slow  # eight seconds; fits to noise are in tests/design/test_fit.py
 def test_worn_from_noise(printed):
     text = printed("worn_from_noise")
     rows = numbers(r" # \+- # \(true #\)", text)

@@ -146,7 +146,7 @@ def test_what_does_not_fit_is_compiled_and_said_once(folder, no_cache, compilati
     assert said.count("is not used") == 1
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
 def test_flipped_bits_of_the_index_give_no_raw_error(folder, no_cache, count):
     """Words that Python reads and nobody knows were KeyErrors at every later run."""
     whole, rng = (folder / INDEX).read_bytes(), np.random.default_rng(count)

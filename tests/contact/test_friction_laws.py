@@ -243,20 +243,20 @@ def test_bristles_shorter_than_a_step_are_quasi_static(steps):
 
 
 def test_a_block_on_undamped_bristles_keeps_its_energy_as_on_a_spring():
-    """Far below break-away, 200 periods by the trapezoidal rule, 20 steps a period: force and slip of the bristles."""
+    """Far below break-away, 50 periods by the trapezoidal rule, 20 steps a period: force and slip of the bristles."""
     law, mass, w = fm.friction.LuGre(0.3, 0.3, stiffness=1e4), 1.0, 100.0
     h, v, z, T = 2.0 * math.pi / (20.0 * w), 1e-6, law.history(), 0.0
     _, z = force(law, v, 1e3, 0.0, z)
-    for _ in range(4000):
+    for _ in range(1000):
         low, high = -1e-5, 1e-5  # speed at the end of the step, by bisection
-        for _ in range(60):
+        for _ in range(45):
             middle = 0.5 * (low + high)
             push, new = force(law, middle, 1e3, h, tuple(z))
             low, high = (middle, high) if mass * (middle - v) < 0.5 * h * (T + push) else (low, middle)
         v, T, z = middle, push, new
     # what is lost: a block that vibrates with the amplitude A loses about A/z_most of its energy in a period
     energy = 0.5 * mass * v * v + 0.5 * law.stiffness * z[0] ** 2
-    assert energy == pytest.approx(0.5 * mass * 1e-12, rel=2e-3, abs=0.0)
+    assert energy == pytest.approx(0.5 * mass * 1e-12, rel=5e-4, abs=0.0)
 
 
 def vibrating_block(method, step):

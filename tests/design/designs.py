@@ -97,7 +97,7 @@ def worn(**more: Any) -> fm.Mechanism:
 
 SMOOTH = {
     "pendulum": Case(
-        pendulum, {"length": 0.5, "mass": 1.3, "gravity": 9.81}, ("rod.theta", "rod.omega", "O.force"), 1.5
+        pendulum, {"length": 0.5, "mass": 1.3, "gravity": 9.81}, ("rod.theta", "rod.omega", "O.force"), 0.8
     ),
     "sprung": Case(
         sprung,
@@ -114,7 +114,7 @@ SMOOTH = {
         slider_crank(speed=100.0),
         {"rod.mass": 0.21, "slider.mass": 0.14, "motor.motion.speed": 100.0},
         ("O.force", "motor.torque"),
-        0.06,
+        0.03,
     ),
     "rubbing": Case(rubbing, {"mu": 0.2, "rate": 200.0}, ("slider.x", "slider.vx"), 0.5, 1e-4),
     "plate": Case(plate, {"young": 1e7, "density": 2000.0, "thickness": 0.01}, ("plate.theta", "O.force"), 0.1, 1e-4),

@@ -50,9 +50,8 @@ def test_standard_errors_have_the_size_of_the_scatter(records):
     draws = np.random.default_rng(5)
     for _ in range(records):
         noisy = moved(TIMES, 90.0, 0.7, 0.1) + 0.02 + 2e-3 * draws.standard_normal(len(TIMES))
-        found = fm.design.fit(
-            oscillator, bounds, record(TIMES, noisy), signals=["body.x"], noise=2e-3, offset=["body.x"]
-        )
+        how = {"noise": 2e-3, "offset": ["body.x"], "start": {"rate": 80.0}}
+        found = fm.design.fit(oscillator, bounds, record(TIMES, noisy), signals=["body.x"], **how)
         assert found.offsets["body.x"] == pytest.approx(0.02, abs=1.5e-3)
         scatter.append(
             [(found.parameters[k] - true) / found.errors[k] for k, true in (("rate", 90.0), ("damping", 0.7))]
@@ -67,7 +66,8 @@ def test_parameters_that_the_data_do_not_tell_apart_are_named():
         return oscillator(first + second, 0.5)
 
     data = record(TIMES, moved(TIMES, 90.0, 0.5, 0.1))
-    found = fm.design.fit(two_springs, {"first": (1.0, 80.0), "second": (1.0, 80.0)}, data, signals=["body.x"])
+    bounds, start = {"first": (1.0, 80.0), "second": (1.0, 80.0)}, {"first": 30.0}
+    found = fm.design.fit(two_springs, bounds, data, signals=["body.x"], start=start)
     assert sum(found.parameters.values()) == pytest.approx(90.0, rel=1e-4)
     assert "first" in found.unseen[0]
     assert "second" in found.unseen[0]
@@ -78,7 +78,7 @@ def test_parameters_that_the_data_do_not_tell_apart_are_named():
 def test_outliers_do_not_move_a_robust_fit():
     noisy = moved(TIMES, 90.0, 0.7, 0.1)
     noisy[::20] += 0.3
-    how = {"signals": ["body.x"], "noise": 1e-3}
+    how = {"signals": ["body.x"], "noise": 1e-3, "start": {"rate": 80.0}}
     bounds = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
     plain = fm.design.fit(oscillator, bounds, record(TIMES, noisy), **how)
     robust = fm.design.fit(oscillator, bounds, record(TIMES, noisy), loss="cauchy", **how)
@@ -94,7 +94,8 @@ def test_file_with_gaps_of_its_own_time(tmp_path):
     file = tmp_path / "record.csv"
     file.write_text("\n".join(["time,body.x", "1.0,7.0", *rows]))
     bounds = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
-    found = fm.design.fit(oscillator, bounds, file, signals=["body.x"], begin=3.0, step=FINE)
+    how = {"begin": 3.0, "step": FINE, "start": {"rate": 80.0}}
+    found = fm.design.fit(oscillator, bounds, file, signals=["body.x"], **how)
     assert list(found.parameters.values()) == pytest.approx([90.0, 0.7], rel=1e-5)
     assert "Left out: 1 of 51 instants (before `begin` or without a time), 10 values" in found.message
     file.write_text("\n".join(["time,body.x", *rows, "9.0,0.1V"]))
@@ -134,9 +135,8 @@ GOOD = record(TIMES, moved(TIMES, 90.0, 0.7, 0.1))
 
 def test_standard_errors_are_those_of_the_closed_form():
     noise, h = 1e-3, 1e-4
-    fit = fm.design.fit(
-        oscillator, {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}, GOOD, signals=["body.x"], noise={"body.x": noise}
-    )
+    bounds, how = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}, {"noise": {"body.x": noise}, "start": {"rate": 80.0}}
+    fit = fm.design.fit(oscillator, bounds, GOOD, signals=["body.x"], **how)
     columns = [
         (moved(TIMES, 90.0 + h * a, 0.7 + h * b, 0.1) - moved(TIMES, 90.0 - h * a, 0.7 - h * b, 0.1)) / (2.0 * h)
         for a, b in ((1.0, 0.0), (0.0, 1.0))
@@ -216,7 +216,8 @@ def test_a_model_that_always_fails_is_told_with_its_error():
 def test_a_parameter_that_ends_at_a_bound_of_nothing_has_an_error():
     """Derivatives of a damping that is nearly 0 are judged by the width of its bounds."""
     data = record(TIMES, moved(TIMES, 90.0, 0.0, 0.1) + 1e-3 * np.random.default_rng(3).standard_normal(len(TIMES)))
-    found = fm.design.fit(oscillator, {"rate": (60.0, 120.0), "damping": (0.0, 2.0)}, data, signals=["body.x"])
+    bounds, start = {"rate": (60.0, 120.0), "damping": (0.0, 2.0)}, {"rate": 80.0}
+    found = fm.design.fit(oscillator, bounds, data, signals=["body.x"], start=start)
     assert found.parameters["damping"] < 0.05
     assert 1e-3 < found.errors["damping"] < 0.05
     assert found.unseen == ()

@@ -135,7 +135,7 @@ def test_period_of_van_der_pol_for_small_damping():
 
 def test_strong_van_der_pol_agrees_with_differences_of_orbits():
     def numbers(mu):
-        orbit = periodic_orbit(van_der_pol(mu), period=6.6, autonomous=True)
+        orbit = periodic_orbit(van_der_pol(mu), period=found.orbit.period, guess=found.orbit.state, autonomous=True)
         x = orbit.samples(400)["x"].values[:-1]  # periodic: means of round-off accuracy
         return orbit.period, orbit.multipliers[0].real, np.sqrt(np.mean(x**2))
 

@@ -190,6 +190,6 @@ def test_a_search_that_failing_runs_stop_has_not_converged():
             raise fm.errors.ModelError("oscillator: no spring is as stiff")
         return oscillator(rate, 0.7)
 
-    fit = fm.design.fit(limited, {"rate": (60.0, 120.0)}, GOOD, signals=["body.x"])
+    fit = fm.design.fit(limited, {"rate": (60.0, 120.0)}, GOOD, signals=["body.x"], start={"rate": 70.0})
     assert not fit.ok
     assert "stopped beside values for which runs fail" in fit.message

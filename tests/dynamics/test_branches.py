@@ -257,8 +257,9 @@ def test_touching_of_a_soft_stop_is_located():
 
     amplitude = abs(1 / (1 - 1.6**2 + 0.2j * 1.6))
     flow = Stop(f, slope, [0.0, 0.0], {"wall": 1.2 * amplitude}, ("x", "gap"))
-    orbit = periodic_orbit(flow, period=2 * math.pi / 1.6)
-    branch = follow(orbit, "wall", (None, 0.8 * amplitude), grazing="gap")
+    flow.tolerances = {"rtol": 1e-8, "atol": 1e-10}
+    orbit = periodic_orbit(flow, period=2 * math.pi / 1.6, tolerance=1e-8)
+    branch = follow(orbit, "wall", (None, 0.8 * amplitude), grazing="gap", tolerance=1e-8)
     assert branch.ok, branch.status
     assert kinds(branch) == ["grazing"]
     assert branch.events[0].value == pytest.approx(amplitude, rel=1e-5)

@@ -123,21 +123,29 @@ def test_a_map_with_large_states_has_the_exponent_of_its_jacobian():
     assert fm.lyapunov(without, skip=50, periods=600, confirm=False).value == pytest.approx(known, rel=1e-5)
 
 
+@numba.njit
+def straight(t, x, s):
+    """Free flight."""
+    return x[2], x[3], 0.0, 0.0
+
+
+@numba.njit
+def from_stator(t, x, s):
+    """Distance from a round stator, from within."""
+    return s - math.hypot(x[0], x[1])
+
+
+@numba.njit
+def off_wall(t, x, s):
+    """State after an impact on a post or on the stator."""
+    r = math.hypot(x[0], x[1])
+    approach = (x[0] * x[2] + x[1] * x[3]) / r
+    return x[0], x[1], x[2] - 1.7 * approach * x[0] / r, x[3] - 1.7 * approach * x[1] / r
+
+
 def rotor(scale, *, is_compiled=False):
     """A particle in a round stator, in free flight, in another unit of length."""
-
-    def rates(t, x, s):
-        return x[2], x[3], 0.0, 0.0
-
-    def gap(t, x, s):
-        return s - math.hypot(x[0], x[1])
-
-    def jump(t, x, s):
-        r = math.hypot(x[0], x[1])
-        approach = (x[0] * x[2] + x[1] * x[3]) / r
-        return x[0], x[1], x[2] - 1.7 * approach * x[0] / r, x[3] - 1.7 * approach * x[1] / r
-
-    f, g, j = (numba.njit(one) for one in (rates, gap, jump)) if is_compiled else (rates, gap, jump)
+    f, g, j = (one if is_compiled else one.py_func for one in (straight, from_stator, off_wall))
     start = np.array([0.0, 0.3, 1.0, 0.2]) * scale
     return fm.chaos.ImpactODE(fm.chaos.ODE(f, start, atol=1e-13 * scale, parameters={"s": scale}), gap=g, jump=j)
 
@@ -167,29 +175,15 @@ def test_saltation_at_an_oblique_impact_does_not_depend_on_the_unit(scale, is_co
 
 
 @numba.njit
-def straight(t, x, s):
-    """Free flight."""
-    return x[2], x[3], 0.0, 0.0
-
-
-@numba.njit
 def from_post(t, x, s):
     """Distance from a round post."""
     return math.hypot(x[0], x[1]) - s
 
 
-@numba.njit
-def off_post(t, x, s):
-    """State after an impact on the post."""
-    r = math.hypot(x[0], x[1])
-    approach = (x[0] * x[2] + x[1] * x[3]) / r
-    return x[0], x[1], x[2] - 1.7 * approach * x[0] / r, x[3] - 1.7 * approach * x[1] / r
-
-
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("is_compiled", [False, True])
 def test_a_post_that_lies_within_one_step_is_hit_in_any_unit(scale, is_compiled):
-    functions = [one if is_compiled else one.py_func for one in (straight, from_post, off_post)]
+    functions = [one if is_compiled else one.py_func for one in (straight, from_post, off_wall)]
     start = np.array([-1000.0, 0.9, 1.0, 0.0]) * scale
     ode = fm.chaos.ODE(functions[0], start, atol=1e-13 * scale, parameters={"s": scale}, driven=False)
     flow = fm.chaos.ImpactODE(ode, gap=functions[1], jump=functions[2])

@@ -3,6 +3,7 @@
 import ast
 import typing
 from collections.abc import Iterator
+from functools import cache
 
 import pytest
 from nine_bar_study.nine_bar.staggered.elastic import Elastic
@@ -28,6 +29,8 @@ COMPILERS = ("compiled", "fast", "summing", "apart")
 
 Known = dict[str, type | None]
 
+hints_of = cache(typing.get_type_hints)
+
 
 def is_compiled(node: ast.AST) -> bool:
     return isinstance(node, ast.FunctionDef) and any(
@@ -45,7 +48,7 @@ def kind_of(node: ast.expr, known: Known, unknown: list[str]) -> type | None:
     if node.attr not in base._fields:
         unknown.append(f"{node.lineno}: {ast.unparse(node)}: {base.__name__} has no field {node.attr!r}")
         return None
-    hint = typing.get_type_hints(base)[node.attr]
+    hint = hints_of(base)[node.attr]
     return hint if isinstance(hint, type) and issubclass(hint, Record) else None
 
 

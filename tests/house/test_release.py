@@ -92,7 +92,8 @@ def named_versions(tree):
 def overdue(sources, version):
     """Former names that should have gone, as "file:line: version"."""
     now = tuple(map(int, version.split(".")[:2]))
-    found = [(source.path, *named) for source in sources for named in named_versions(source.tree)]
+    naming = [source for source in sources if "former" in source.text]
+    found = [(source.path, *named) for source in naming for named in named_versions(source.tree)]
     return found, [f"{path}:{at}: {goes}" for path, at, goes in found if tuple(map(int, goes.split("."))) <= now]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.engine.sensitivity.linearise import Tangents, new_tangents
 from flexmb.engine.sensitivity.parameters import Moved, act_differences, parameter_rates, sampled_inputs
-from flexmb.engine.sensitivity.signal_rows import find_slopes_now, signal_rows
+from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.sensitivity.tangent_step import CarryingRun, complete_differences, project_differences
 from flexmb.engine.state.record import NEVER, Options
 from flexmb.run.saving import SAME_INSTANT
@@ -82,7 +82,7 @@ class ParameterRun(CarryingRun):
         self._synchronise()
         if any(first or sampler.acts_at(instant) for sampler in self.program.samplers):
             y, dy = self.record.signals, np.zeros((len(T.q), len(self.record.signals)))
-            self.find_slopes(T)
+            self.find_slopes()
             dy[:, T.rows.places] = T.rows.now
             now = (instant, y, np.array(self.flow.z), dy, np.array(T.z), self.record.peak, self.found.samplers)
             T.z[:] = act_differences(self.program, *now, every=first)
@@ -94,19 +94,17 @@ class ParameterRun(CarryingRun):
             if rows.every:
                 # A row of steps with the state just after the jump.
                 self._fetch_rows()
-                self.find_slopes(T)
+                self.find_slopes()
                 y = self.record.signals[T.rows.places][None]
                 self.blocks.append((np.array([instant]), y, T.rows.now.reshape(1, -1).copy(), np.zeros((1, len(T.q)))))
 
-    def find_slopes(self, T: Tangents) -> None:
-        """Set T.rows.now to the derivatives of the signals in the present state."""
-        program = self.program
-        given = self.options(NEVER, NEVER), self.flow, self.trial, self.record
-        find_slopes_now(program.tables, program.addresses, *given, T)
+    def find_slopes(self) -> None:
+        """Set `rows.now` of the tangents to the derivatives of the signals in the present state."""
+        self.stepper.advance(self, self.options(NEVER, NEVER), 0)
 
     def _write_slopes(self, T: Tangents, row: int) -> None:
         """Write the derivatives at the present instant into a row of the saved instants."""
-        self.find_slopes(T)
+        self.find_slopes()
         T.rows.slopes[row] = T.rows.now.ravel()
 
     def rows(self, first: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, ...]:

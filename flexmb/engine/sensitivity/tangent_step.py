@@ -52,7 +52,7 @@ from flexmb.engine.sensitivity.linearise import (
     rows_times,
 )
 from flexmb.engine.sensitivity.parameters import clear_constraint, move_numbers
-from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
+from flexmb.engine.sensitivity.signal_rows import find_slopes_now, keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import slow_approach_speed
 from flexmb.engine.system.constraints import call_constraint
@@ -317,7 +317,9 @@ def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, r
 
 @compiled
 def advance_with_tangents(table, tables, address, lu, options, flow, trial, work, record, own, T, steps):
-    """Take at most `steps` steps of `advance` with tangents T; `own` : a second `Work`."""
+    """Take at most `steps` steps of `advance` with tangents T, or set T.rows.now; `own` : a second `Work`."""
+    if steps == 0:
+        find_slopes_now(tables, address, options, flow, trial, record, T)
     for _ in range(steps):
         before = record.count.steps
         keep_state(flow, T.start)

@@ -11,7 +11,7 @@ Equations (15.1) to (15.6) of docs/theory/films.md.
 import math
 from functools import lru_cache
 from itertools import chain, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -187,6 +187,7 @@ CELLS, LAYERS = 96, 12
 ECCENTRICITIES, ANGLES = 26, 48
 # Least film over the clearance in a table.
 THINNEST = 1e-3
+LEVEL = -math.log(THINNEST) / (ECCENTRICITIES - 1)  # step of -log(1 - eps)
 ROUND_OFF = 1e-13  # source over the largest one that is none
 COARSEST = 12  # number of cells around from which the part of the film with P > 0 is found by itself
 MOST_SETS = 60  # number of iterations at most by which the part of the film with P > 0 is found
@@ -209,12 +210,13 @@ class FilmResult(NamedTuple):
 
 def solve_film(
     eps: float, a: float, b: float, ratio: float, *, from_widest: bool = True, pad: tuple[float, float] | None = None,
-    cells: int = CELLS, layers: int = LAYERS,
+    cells: int = CELLS, layers: int = LAYERS, film: np.ndarray | None = None,
 ) -> FilmResult:  # fmt: skip
     """Film at the rates a and b of a bearing with width over diameter `ratio`."""
     # `from_widest`: the oil is supplied at the widest gap, where p = 0; else it is supplied everywhere, and p = 0 where
     # the gap widens most. `pad`: theta at the begin of the part between two grooves, and its angle; p = 0 at both ends.
-    # Cells are even in Sommerfeld's angle, so they follow the narrow peak of the pressure, and finer towards the sides.
+    # `film`: where P > 0 is expected. Cells are even in Sommerfeld's angle, so they follow the narrow peak of the
+    # pressure, and finer towards the sides.
     s = math.sqrt(1.0 - eps * eps)
     start, span = pad or (0.0 if from_widest else math.atan2(-b, a), 2.0 * math.pi)
     end, less = start + span, eps / (1.0 + s)
@@ -233,11 +235,10 @@ def solve_film(
     cubed = s**7 * (q[1:-2:2] ** -4 + 4.0 * q[2:-1:2] ** -4 + q[3::2] ** -4) * turn / (6.0 * cells)  # Simpson
     f = -12.0 * np.outer(np.diff(faces), dz)
     bands = _bands(around, cubed, dz, np.diff(z))
-    film = f > 0.0
-    if cells >= 2 * COARSEST:  # the film of half of the cells, whose borders move one cell in an iteration
+    if film is None and cells >= 2 * COARSEST:  # that of half of the cells, whose borders move one cell in an iteration
         half = solve_film(eps, a, b, ratio, from_widest=from_widest, pad=pad, cells=cells // 2, layers=layers)
         film = half.pressure[np.minimum(np.arange(1, cells) // 2, len(half.pressure)) - 1] > 0.0
-    P = _non_negative(bands, f.ravel(), film.ravel()).reshape(f.shape)
+    P = _non_negative(bands, f.ravel(), (f > 0.0 if film is None else film).ravel()).reshape(f.shape)
     weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
     weights[0] *= 0.5
     mean = P @ weights * (s / q[2:-1:2] * turn / cells)
@@ -264,7 +265,7 @@ def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndar
     n = len(bands) - 1
     for _ in range(MOST_SETS):
         own = bands.copy()
-        for k in range(n):  # rows and columns without film are those of the identity
+        for k in {0, n - 1}:  # rows and columns without film are those of the identity
             own[k, n - k :] *= film[n - k :] & film[: -(n - k)]
         own[n][~film] = 1.0
         P: np.ndarray = solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
@@ -280,31 +281,39 @@ def _times(bands: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Product of a symmetric matrix in upper bands with x."""
     n = len(bands) - 1
     y: np.ndarray = bands[n] * x
-    for k in range(n):
+    for k in {0, n - 1}:
         d = n - k
-        if bands[k].any():
-            y[:-d] += bands[k, d:] * x[d:]
-            y[d:] += bands[k, d:] * x[:-d]
+        y[:-d] += bands[k, d:] * x[d:]
+        y[d:] += bands[k, d:] * x[:-d]
     return y
 
 
 @lru_cache(maxsize=64)
 def film_table(ratio: float, from_widest: bool) -> tuple[float, ...]:
     """Coefficients of cubic splines of the forces by -log(1 - eps) and beta, with their numbers before them."""
-    end = -math.log(THINNEST)
-    levels, quarter = np.linspace(0.0, end, ECCENTRICITIES), ANGLES // 4
-    values = np.zeros((4, ECCENTRICITIES, ANGLES))
-    for i, level in enumerate(levels):
-        eps = 1.0 - math.exp(-level)
-        s = math.sqrt(1.0 - eps * eps)
-        for j in range(-quarter, quarter + 1):
-            a, b = math.sin(2.0 * math.pi * j / ANGLES), math.cos(2.0 * math.pi * j / ANGLES) / s
-            found = solve_film(eps, a, b, ratio, from_widest=from_widest)
-            own = s**3 * found.radial, s**3 * found.tangential, s**4 * found.peak, s * found.side
-            values[:, i, j % ANGLES] = own
-            values[:, i, (2 * quarter - j) % ANGLES] = own[0], -own[1], own[2], own[3]  # mirrored spin
-    splines = periodic_splines(open_splines(values))
-    return (float(ECCENTRICITIES + 2), float(ANGLES + 3), end / (ECCENTRICITIES - 1), *splines.ravel().tolist())
+    own = _fields(ratio, ANGLES, from_widest=from_widest)
+    splines = periodic_splines(open_splines(_both_spins(own, own)))
+    return (float(ECCENTRICITIES + 2), float(ANGLES + 3), LEVEL, *splines.ravel().tolist())
+
+
+def _fields(ratio: float, angles: int, **film: Any) -> np.ndarray:
+    """Fields of a table (4, eccentricities, angles/2 + 1) for one direction of spin, from parting to closing films."""
+    values, expected = np.zeros((4, ECCENTRICITIES, angles // 2 + 1)), None
+    for j in range(angles // 2 + 1):
+        beta = 2.0 * math.pi * (j - angles // 4) / angles
+        for i in range(ECCENTRICITIES):
+            eps = 1.0 - math.exp(-LEVEL * i)
+            s = math.sqrt(1.0 - eps * eps)
+            found = solve_film(eps, math.sin(beta), math.cos(beta) / s, ratio, film=expected if i else None, **film)
+            values[:, i, j] = s**3 * found.radial, s**3 * found.tangential, s**4 * found.peak, s * found.side
+            expected = found.pressure > 0.0
+    return values
+
+
+def _both_spins(own: np.ndarray, mirrored: np.ndarray) -> np.ndarray:
+    """Fields (4, eccentricities, angles) of a table, by its own half and the half of the other spin."""
+    quarter, other = own.shape[2] // 2, mirrored[..., ::-1] * np.array([1.0, -1.0, 1.0, 1.0])[:, None, None]
+    return np.concatenate([own[..., quarter:-1], other, own[..., 1:quarter]], axis=2)
 
 
 def open_splines(values: np.ndarray) -> np.ndarray:
@@ -420,7 +429,6 @@ def scalar(field, s2, a, b, value):
 TURNS, DIRECTIONS, PAD_CELLS, PAD_LAYERS = 48, 24, 48, 8
 # Numbers of coefficients of a field along psi, -log(1 - eps) and beta.
 PAD_ROWS, PAD_LINES, PAD_COLUMNS = TURNS + 3, ECCENTRICITIES + 2, DIRECTIONS + 3
-LEVEL = -math.log(THINNEST) / (ECCENTRICITIES - 1)  # step of -log(1 - eps)
 FIELD = PAD_ROWS * PAD_LINES * PAD_COLUMNS  # number of coefficients of a field
 # Numbers of each pad, behind their count: angle of its middle in the bearing, first coefficient of its table.
 MIDDLE, PLACE = 0, 1
@@ -444,18 +452,9 @@ def pads_table(ratio: float, grooves: tuple[float, ...], width: float) -> tuple[
 @lru_cache(maxsize=16)
 def pad_table(ratio: float, span: float) -> tuple[float, ...]:
     """Coefficients of cubic splines of the fields of a pad by psi, -log(1 - eps) and beta."""
-    values, quarter = np.zeros((4, TURNS, ECCENTRICITIES, DIRECTIONS)), DIRECTIONS // 4
-    for i in range(ECCENTRICITIES):
-        eps = 1.0 - math.exp(-LEVEL * i)
-        s = math.sqrt(1.0 - eps * eps)
-        for k in range(TURNS):
-            pad = 2.0 * math.pi * k / TURNS - 0.5 * span, span
-            for j in range(-quarter, quarter + 1):
-                a, b = math.sin(2.0 * math.pi * j / DIRECTIONS), math.cos(2.0 * math.pi * j / DIRECTIONS) / s
-                found = solve_film(eps, a, b, ratio, pad=pad, cells=PAD_CELLS, layers=PAD_LAYERS)
-                own = s**3 * found.radial, s**3 * found.tangential, s**4 * found.peak, s * found.side
-                values[:, k, i, j % DIRECTIONS] = own
-                values[:, -k % TURNS, i, (2 * quarter - j) % DIRECTIONS] = own[0], -own[1], own[2], own[3]  # mirrored
+    pads = [(2.0 * math.pi * k / TURNS - 0.5 * span, span) for k in range(TURNS)]
+    own = [_fields(ratio, DIRECTIONS, pad=pad, cells=PAD_CELLS, layers=PAD_LAYERS) for pad in pads]
+    values = np.stack([_both_spins(own[k], own[-k]) for k in range(TURNS)], axis=1)
     lines = open_splines(periodic_splines(values.reshape(4 * TURNS, ECCENTRICITIES, DIRECTIONS)))
     lines = lines.reshape(4, TURNS, PAD_LINES * PAD_COLUMNS).transpose(0, 2, 1)
     return tuple(periodic_splines(lines).transpose(0, 2, 1).ravel().tolist())

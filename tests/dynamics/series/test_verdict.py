@@ -166,11 +166,11 @@ def test_a_motion_that_grows_without_end_is_no_chaos(rate, count):
 
 
 def test_parametric_resonance_is_no_chaos():
-    """Mathieu's equation in its first tongue: x grows by 1.37 each period of the parameter, 1e40 in 300 periods."""
+    """Mathieu's equation in its first tongue: x grows by 1.37 each period of the parameter, 1e16 in 120 periods."""
     mathieu = fm.chaos.ODE(
         lambda t, x: [x[1], -(1.0 + 0.4 * math.cos(2.0 * t)) * x[0]], [1.0, 0.0], period=math.pi, rtol=1e-7
     )
-    found = fm.lyapunov(mathieu, periods=300)
+    found = fm.lyapunov(mathieu, periods=120)
     assert found.value > found.error
     assert str(found.verdict) == "transient"
     assert found.verdict.evidence["growth"] == pytest.approx(math.exp(found.value * math.pi), rel=1e-3)
