@@ -74,8 +74,8 @@ CORE = (
     ),
     Fault(
         "engine/sensitivity/tangent_step.py",
-        "T.shift[j] = -(T.z[j, k + LAST_GAP] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate",
-        "T.shift[j] = (T.z[j, k + LAST_GAP] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate",
+        "T.shift[j] = -(T.z[j, k + place] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate",
+        "T.shift[j] = (T.z[j, k + place] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate",
         "dynamics/test_tangent.py dynamics/test_tangent_exponents.py",
     ),
     Fault(
