@@ -342,3 +342,26 @@ def test_a_light_journal_in_oil():
     sol = fm.simulate(mechanism, t_end=0.1, method=fm.RadauIIA(), max_steps=400)
     assert sol.ok, sol.status
     assert sol.array("shaft.omega")[-1] == pytest.approx(fine.array("shaft.omega")[-1], rel=1e-5)
+
+
+def test_stresses_between_steps_are_those_of_the_steps():
+    """A rod of 16 elements: its stiff modes, which the steps pass, are no stress at saved instants within them."""
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), mass=0.2, inertia=1e-4)
+    bar = fm.Rectangle(width=0.01, height=0.012)
+    rod = fm.FlexibleLink(
+        "rod", (0.05, 0.0), (0.25, 0.0), section=bar, material=fm.STEEL, elements=16, damping=2e-5, stress=True
+    )
+    slider = fm.RigidBody("slider", at=(0.25, 0.0), mass=0.3, inertia=1e-4)
+    joints = [
+        fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)),
+        fm.Revolute("A", crank, rod, at=(0.05, 0.0)),
+        fm.Revolute("B", rod, slider, at=(0.25, 0.0)),
+        fm.Prismatic("G", fm.GROUND, slider, along=(1.0, 0.0)),
+        fm.Drive("motor", joint="O", motion=fm.drives.CycloidalRamp(100.0, time=0.02)),
+    ]
+    mechanism = fm.Mechanism("crank", [crank, rod, slider, *joints], gravity=(0.0, -9.81))
+    fine = fm.simulate(mechanism, t_end=0.06, save=60, method=fm.RadauIIA(), step=fm.Adaptive(rtol=1e-8)).require()
+    sol = fm.simulate(mechanism, t_end=0.06, save=60, method=fm.RadauIIA()).require()
+    largest = fine.peak("rod.von_mises").value
+    assert sol.peak("rod.von_mises").value == pytest.approx(largest, rel=1e-3)
+    assert np.abs(sol.array("rod.von_mises") - fine.array("rod.von_mises")).max() < 2e-3 * largest

@@ -184,11 +184,11 @@ class RadauIIA(Method):
     Notes
     -----
     Instants of the grid of saved signals within a step come from the quintic through positions, velocities and
-    accelerations at its ends; forces there satisfy the equations of motion, or are interpolated where they are
-    stiff.  Peaks are those of the steps and of the saved instants.  Works are integrated with fourth order, so what the
-    method takes shows in `energy.residual`; `energy.dissipated_algorithm` is 0.  Histories of laws (bristles of LuGre's
-    friction) are of the order that their law has; the error estimate sees those of friction, and their errors in a run
-    fall with rtol^(1/2).
+    accelerations at its ends, and forces there satisfy the equations of motion; where these are stiff, both are
+    interpolated through the stages.  Peaks are those of the steps and of the saved instants.  Works are integrated with
+    fourth order, so what the method takes shows in `energy.residual`; `energy.dissipated_algorithm` is 0.  Histories of
+    laws (bristles of LuGre's friction) are of the order that their law has; the error estimate sees those of friction,
+    and their errors in a run fall with rtol^(1/2).
 
     Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer, 1996), IV.8, VI.3, VII.4.
 

@@ -488,6 +488,24 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
         take_least_norm(tables, lu, trial, work, record)
     else:
         copy(R.of_q, trial.a)
+        collocate(n, s, h, old, q1, v1, trial, R)
+
+
+@compiled
+def collocate(n, s, h, old, q, v, trial, R):
+    """Set trial positions and velocities at fraction s of the step: cubics through start, stages and end."""
+    # They satisfy the equations of motion at the stages, so that stiff forces are those of the stages.
+    w0, w1, w2, w3 = cubic_weights(s)
+    for i in range(n):
+        trial.q[i], trial.v[i] = w0 * old.q[i] + w3 * q[i], w0 * old.v[i] + w3 * v[i]
+        for stage in range(LAST):
+            once, twice = 0.0, 0.0
+            for k in range(STAGES):
+                once += ONCE[stage][k] * R.past[k + 1, i]
+                twice += TWICE[stage][k] * R.past[k + 1, i]
+            w = w1 if stage == 0 else w2
+            trial.q[i] += w * (old.q[i] + h * (C[stage] * old.v[i] + h * twice))
+            trial.v[i] += w * (old.v[i] + h * once)
 
 
 @compiled
