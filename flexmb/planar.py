@@ -40,6 +40,5 @@ def area(points: Array) -> float:
 
 def surrounds(points: Array) -> bool:
     """Whether a closed polygon with corners (n, 2) goes round the origin."""
-    ahead = np.roll(points, -1, axis=0)
-    cross = points[:, 0] * ahead[:, 1] - points[:, 1] * ahead[:, 0]
-    return abs(float(np.arctan2(cross, np.sum(points * ahead, axis=1)).sum())) > math.pi
+    z = points[:, 0] + 1j * points[:, 1]
+    return abs(float(np.angle(np.roll(z, -1) * z.conj()).sum())) > math.pi
