@@ -1,4 +1,9 @@
-"""Static equilibrium: Newton with load steps, dynamic relaxation; contacts that carry; whether a model is the same."""
+"""Static equilibrium: Newton with load steps, dynamic relaxation; contacts that carry; whether a model is the same.
+
+In a frame that turns at constant speed, with the tangents K, C, M of r(q, v, a) at the instant at which it lies on the
+fixed one, a motion y(t) obeys Equation (8.6) of docs/theory/equilibrium.md; S turns translations by a quarter and
+leaves angles alone.
+"""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ out: it is zero in the outer fibres of the sections, where the normal stress is 
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,41 @@ from flexmb.elastic.beams.section import Section
 from flexmb.engine.compiled.arrays import part_of, stack_vector
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, extremum_kernel, fast
+
+
+@dataclass(frozen=True)
+class BeamElements:
+    """The elements of one beam, for strains."""
+
+    lengths: np.ndarray  # (n,) unstressed lengths [m]
+    # (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad]
+    offsets: np.ndarray
+    outer: np.ndarray  # (n,) largest distance of the outer fibre from the centroid along each element [m]
+    shear: np.ndarray  # (2, n) shares of the end rotations in the shear angle [1]
+    bow: np.ndarray  # (3, n) shortening of the chords
+    unstressed: np.ndarray  # (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`
+
+    def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added."""
+        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element. Poses x, y, theta of
+        # the nodes are (instants, n + 1) [m, rad]. Source: as of `beams.corotational`.
+        dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
+        chord = np.arctan2(dy, dx)
+        u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
+        u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
+        b1, b2, b3 = self.bow
+        free, free1, free2 = self.unstressed
+        axial = (np.hypot(dx, dy) - free) / L + (b1 * u1 * u1 - b2 * u1 * u2 + b3 * u2 * u2) / 30.0
+        u1, u2 = u1 - free1, u2 - free2
+        sheared = self.shear[0] * u1 + self.shear[1] * u2
+        u1, u2 = u1 - sheared, u2 - sheared
+        bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
+        return np.asarray(np.abs(axial) + bending * self.outer)
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    """Angles in [-pi, pi]."""
+    return angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
 
 
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:

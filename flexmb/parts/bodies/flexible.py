@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -15,7 +16,7 @@ from flexmb import checks, planar
 from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import outer_fibres
+from flexmb.elastic.beams.stress import BeamElements, outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
@@ -367,6 +368,15 @@ def chord_directions(beam: Beam) -> list[float]:
     return corotational.tangents(beam.start, beam.end, beam.turn, middles)
 
 
+def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
+    """Elements of a beam, for strains."""
+    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
+    outer = outer_fibres(beam.section, stations / stations[-1])
+    outer = np.maximum(outer[:-1], outer[1:])
+    ends = np.array([offsets[:-1], offsets[1:]])
+    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
+
+
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravity: Point) -> tuple[BeamShape, ...]:
     """Drawing records of all elements."""
     shapes = []
@@ -475,14 +485,13 @@ def inner_deflection_kernel(p, t, q, v, a):
 
 def deflection_signal(part: str, beam: Beam, nodes: Mapping[str, Node]) -> SignalContribution:
     """The signal `deflection` of the middle of a beam, which is a node or lies in an element."""
-    places, first, last = np.array(beam.places), beam.nodes[0], beam.nodes[-1]
-    k = int(np.argmin(np.abs(places - 0.5)))
+    places, first, last = beam.places, beam.nodes[0], beam.nodes[-1]
+    ends = ((part, first, 0), (part, first, 1), (part, last, 0), (part, last, 1))
+    k = bisect(places, 0.5 + SAME_PLACE) - 1
     if abs(places[k] - 0.5) < SAME_PLACE:
-        three = tuple((part, node, axis) for node in (first, beam.nodes[k], last) for axis in (0, 1))
-        return SignalContribution(part, "deflection", "m", deflection_kernel, three)
-    k = int(np.searchsorted(places, 0.5)) - 1
+        middle = ((part, beam.nodes[k], 0), (part, beam.nodes[k], 1))
+        return SignalContribution(part, "deflection", "m", deflection_kernel, (*ends[:2], *middle, *ends[2:]))
     along = (0.5 - places[k]) / (places[k + 1] - places[k])
-    ends = tuple((part, node, axis) for node in (first, last) for axis in (0, 1))
     inner = tuple(c for node in beam.nodes[k : k + 2] for c in node_coordinates(part, node))
     own = beam_parameters(beam, dict(nodes), 0.0, (0.0, 0.0))[k]
     p = (float(along), *matrices(beam).shear_shares[k].tolist(), *own)

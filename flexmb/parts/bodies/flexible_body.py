@@ -152,15 +152,11 @@ class FlexibleBody(ElasticBody):
 
     def _strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
         """Largest strains (n,) of n poses, by a function that gives `rows` (n, k) of coordinates by full names."""
-        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element.
-        from flexmb.elastic.beams import fem  # noqa: PLC0415 - scikit-fem is needed only here
-
-        found_here, nodes, ends = [], {node.name: node for node in self.nodes()}, np.array([0.0, 1.0])
-        for one in flexible.beam_shapes(self.name, self.beams, nodes, (0.0, 0.0)):
-            start, end = (rows([f"{self.name}.{k}.{x}" for x in ("x", "y", "theta")]) for k in (one.start, one.end))
-            axial = np.abs(fem.section_forces(start, end, one, ends).N[:, 0]) / (one.axial * one.length)
-            bending = np.abs(fem.curvature(start, end, one, ends)).max(axis=1)
-            found_here.append(axial + bending * 0.5 * max(one.depth))
+        nodes, found_here = {node.name: node for node in self.nodes()}, []
+        for beam in self.beams:
+            names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
+            strains = flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1))
+            found_here.append(strains.max(axis=1))
         return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
