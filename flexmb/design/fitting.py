@@ -196,7 +196,7 @@ class _Measured:
                 raise InputError(f"{label}: {name} of the data is no row of numbers along 'time'; give one [SI units].")
         late = np.asarray(data["time"].values, dtype=float) - self.begin
         kept = late >= 0.0
-        self.every, self.passed = late[kept], f"{len(late) - int(kept.sum())} of {len(late)} instants"
+        self.every, self.passed = late[kept], int((~kept).sum())  # instants that are left out
         if len(self.every) < 2 or (np.diff(self.every) <= SAME_INSTANT * self.every[-1]).any():
             raise InputError(f"{label}: the data need increasing times from begin on; {len(self.every)} are not so.")
         self.all_values = np.stack([np.asarray(data[name].values, dtype=float)[kept] for name in self.signals], axis=1)
@@ -570,8 +570,9 @@ def _sentences(search: _Search, found: Any, over_noise: float, *, stuck: bool) -
     if own.count == search.unknowns:
         yield "As many numbers as unknowns: they leave no scatter."
     missing = int(np.isnan(own.all_values).sum())
-    if not own.passed.startswith("0 ") or missing:
-        yield f"Left out: {own.passed} (before `begin` or without a time), {missing} values that are no numbers."
+    if own.passed or missing:
+        instants = f"{own.passed} of {own.passed + len(own.every)} instants"
+        yield f"Left out: {instants} (before `begin` or without a time), {missing} values that are no numbers."
     if own.part < 1.0:
         yield f"Data later than {own.time[-1]:.4g} s are left out: small differences grow too far there."
     at = [name for name, x in zip(search.names, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]

@@ -252,10 +252,10 @@ def test_deflection_of_an_arc_is_its_rise():
         assert error == pytest.approx(1.2**2 / (48.0 * n**4), rel=0.05)
 
 
-def hook(section, radius, *, turn=-math.pi, load=100.0):
+def hook(section, radius, *, turn=-math.pi, load=100.0, shear=5.0 / 6.0):
     """A half ring that is clamped at its top and pulled down at its end; the moment opens it, P R, with N = P."""
     top = radius if turn < 0.0 else -radius
-    more = {"section": section, "material": STEEL, "elements": 32, "turn": turn, "stress": True, "shear": 5.0 / 6.0}
+    more = {"section": section, "material": STEEL, "elements": 32, "turn": turn, "stress": True, "shear": shear}
     body = fm.FlexibleLink("hook", (0, top), (0, -top), **more)
     pull = fm.Force("P", body, (0, -top), (0.0, math.copysign(load, -top)))
     parts = [body, fm.Fixed("wall", fm.GROUND, body, (0, top)), pull]
@@ -299,6 +299,20 @@ def test_thick_arcs_have_the_stress_of_winkler(name, over, turn):
     assert float(found["von_mises"]) == pytest.approx(N / A + inner, rel=2e-3)
     assert sol.peak("hook.von_mises").value == pytest.approx(N / A + inner, rel=2e-3)
     assert float(sol.notes[0].rpartition(" ")[2][:-1]) == pytest.approx(3e8 / (N / A + inner), rel=6e-3)
+
+
+@pytest.mark.parametrize(
+    ("over", "sheared", "slender"), [(1, 1.216, 0.985), (2, 1.057, 0.995), (4, 1.014, 0.9986), (10, 1.002, 0.9996)]
+)
+def test_hooks_are_softer_than_those_of_winkler(over, sheared, slender):
+    """The end of a half ring over its way by Winkler's energy: M^2/(2 A e E R) - M N/(A E R) + N^2/(2 A E) + shear."""
+    b, h, load = 0.01, 0.02, 1.0
+    R, A, E, nu = over * h, b * h, STEEL.young, STEEL.poisson
+    e, shear = R - h / math.log((R + h / 2) / (R - h / 2)), 2.0 * (1.0 + nu) * (12.0 + 11.0 * nu) / (10.0 * (1.0 + nu))
+    way = 0.5 * math.pi * load * R / (A * E) * (R / e - 1.0 + shear)
+    for told, ratio in ((True, sheared), (False, slender)):
+        found = fm.static_equilibrium(hook(fm.Rectangle(b, h), R, load=load, shear=told))
+        assert -(found["hook.end.y"] + R) / way == pytest.approx(ratio, abs=6e-4)
 
 
 def test_stress_of_thin_arcs_is_that_of_straight_beams():

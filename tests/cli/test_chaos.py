@@ -186,7 +186,7 @@ def test_signals_of_ones_choice(model):
         "--series",
         "20",
     ]
-    assert main([*arguments, "--series", "20", "--samples", "100", "--quiet", "--out", "out"]) == 0
+    assert main([*arguments, "--samples", "100", "--quiet", "--out", "out"]) == 0
     assert read("out/chaos.nc", "series")["signal"].values.tolist() == ["rod.omega", "O.fx"]
     assert sorted(read("out/chaos.nc", "motion")) == ["O.fx", "rod.omega", "rod.theta"]
 

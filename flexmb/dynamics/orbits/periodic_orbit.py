@@ -324,8 +324,10 @@ def _spread_of_differences(shooting: Shooting, run: ShootingRun) -> str:
     """Sentence on multipliers that change with the size of the differences; "" where they hardly do."""
     # Error-controlled steps change from run to run, so a difference of two runs has a part of their errors.
     shooting.enlarged = ENLARGED
-    other = shooting.run(run.starts, run.period, run.value) or run
+    other = shooting.run(run.starts, run.period, run.value)
     shooting.enlarged = 1.0
+    if other is None:
+        return f" Motions with differences {ENLARGED:g} times as large fail: {shooting.status}"
     one, two = (np.linalg.eigvals(found.monodromy) for found in (run, other))
     spread = np.abs(one[:, None] - two).min(axis=1, initial=np.inf).max(initial=0.0)
     if spread <= LARGEST_SPREAD * max(np.abs(one).max(initial=0.0), 1.0):

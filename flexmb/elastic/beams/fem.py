@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
+from flexmb.elastic.beams.corotational import BOW11, GRAVITY_X
 from flexmb.elastic.beams.section import Section, shear_factors
 from flexmb.elastic.beams.stress import SECTION_FORCES, fill_section_forces
 from flexmb.errors import InputError
@@ -307,7 +308,7 @@ def section_forces(
     # also for tapered beams.
     q = np.concatenate([np.atleast_2d(pose_start), np.atleast_2d(pose_end)], axis=1)
     v, a = (np.zeros_like(q),) * 2 if motion is None else map(np.ascontiguousarray, motion)
-    mass = beam.mass if beam.mass and motion is not None else (0.0,) * 18
+    mass = beam.mass if beam.mass and motion is not None else (0.0,) * (BOW11 - GRAVITY_X)
     stiffness = beam.length, beam.axial, *beam.bending, beam.start_angle, beam.end_angle, 0.0
     found = np.zeros((len(q), SECTION_FORCES))
     fill_section_forces(np.array((*stiffness, *mass, *beam.bow, *beam.free)), q, v, a, found)

@@ -175,14 +175,19 @@ def predict_stages(n, m, h, extrapolate, share, flow, R):
             if extrapolate:
                 L[i] = w0 * R.past_lam[0, i] + w1 * R.past_lam[1, i] + w2 * R.past_lam[2, i] + w3 * R.past_lam[3, i]
     for stage in range(STAGES):
-        Q, V = R.Q[stage], R.V[stage]
-        for i in range(n):
-            once, twice = 0.0, 0.0
-            for k in range(STAGES):
-                once += ONCE[stage][k] * R.A[k, i]
-                twice += TWICE[stage][k] * R.A[k, i]
-            V[i] = flow.v[i] + h * once
-            Q[i] = flow.q[i] + h * (C[stage] * flow.v[i] + h * twice)
+        reach_stage(n, stage, h, flow.q, flow.v, R.A, R.Q[stage], R.V[stage])
+
+
+@compiled
+def reach_stage(n, stage, h, q, v, A, Q, V):
+    """Set positions Q and velocities V of a stage by the state q, v at the start and accelerations A of all stages."""
+    for i in range(n):
+        once, twice = 0.0, 0.0
+        for k in range(STAGES):
+            once += ONCE[stage][k] * A[k, i]
+            twice += TWICE[stage][k] * A[k, i]
+        V[i] = v[i] + h * once
+        Q[i] = q[i] + h * (C[stage] * v[i] + h * twice)
 
 
 @compiled
@@ -498,14 +503,12 @@ def collocate(n, s, h, old, q, v, trial, R):
     w0, w1, w2, w3 = cubic_weights(s)
     for i in range(n):
         trial.q[i], trial.v[i] = w0 * old.q[i] + w3 * q[i], w0 * old.v[i] + w3 * v[i]
-        for stage in range(LAST):
-            once, twice = 0.0, 0.0
-            for k in range(STAGES):
-                once += ONCE[stage][k] * R.past[k + 1, i]
-                twice += TWICE[stage][k] * R.past[k + 1, i]
-            w = w1 if stage == 0 else w2
-            trial.q[i] += w * (old.q[i] + h * (C[stage] * old.v[i] + h * twice))
-            trial.v[i] += w * (old.v[i] + h * once)
+    for stage in range(LAST):
+        reach_stage(n, stage, h, old.q, old.v, R.past[1:], R.of_q, R.of_v)
+        w = w1 if stage == 0 else w2
+        for i in range(n):
+            trial.q[i] += w * R.of_q[i]
+            trial.v[i] += w * R.of_v[i]
 
 
 @compiled
