@@ -102,6 +102,9 @@ def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: Contac
     yield from _coarse_contacts(motion, contacts)
     for part in mechanism.parts:
         yield from part.answers("findings_after", mechanism, motion)
+        history = vars(part).get("history")  # of loads
+        if isinstance(history, Motion):
+            yield from history.findings_beyond(part.name, float(motion.times[-1]))
     if motion.peak("energy.kinetic")[0] == 0.0 and mechanism.bodies and not any(mechanism.gravity):
         yield found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)
 

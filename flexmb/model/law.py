@@ -215,6 +215,10 @@ class Motion(Law):
         """Period of the motion [s]; None for a motion without a period."""
         return None
 
+    def findings_beyond(self, part: str, t: float) -> Iterable[Finding]:  # noqa: ARG002 - of tables alone
+        """Findings on the history of a load, `part`, in a run that came to the instant `t` [s]."""
+        return ()
+
     def longest_chord(self, begin: float, end: float) -> float:
         """Longest distance of instants in `begin` to `end` [s] whose chords keep to `CHORD` of the swing; or inf."""
         if not self.swings:

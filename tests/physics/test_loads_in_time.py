@@ -30,6 +30,22 @@ def test_cycloidal_ramp_is_the_published_spin_up():
     assert value(motion, 1e-5)[0] == pytest.approx(W / T**3 * (2.0 * math.pi) ** 2 * 1e-20 / 24.0, rel=1e-3)
 
 
+def test_load_beyond_the_end_of_its_table_is_told():
+    """A measured force of 0.4 s in a run of 1 s: 4 N grow to 10 N at the last slope."""
+    body = fm.RigidBody("body", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+
+    def told(t_end, times=(0.0, 0.1, 0.2, 0.3, 0.4), values=(0.0, 1.0, 2.0, 3.0, 4.0), **how):
+        force = fm.Force("F", body, (0.0, 0.0), (1.0, 0.0), history=fm.drives.Table(times, values, **how))
+        findings = fm.simulate(fm.Mechanism("pushed", [body, force]), t_end=t_end).findings
+        return {finding.parts: finding.numbers["value"] for finding in findings if finding.code == "short-table"}
+
+    assert told(1.0) == {("F",): pytest.approx(10.0)}
+    assert not told(0.4)  # it does not end before the run
+    assert not told(0.42)  # 5 % of its range
+    assert not told(1.0, slopes=(10.0, 0.0))
+    assert not told(1.0, values=(0.0, 1.0, 2.0, 1.0, 0.0), periodic=True)
+
+
 def test_harmonic_swings_between_its_ends_at_its_frequency():
     motion = fm.drives.Harmonic(0.3, frequency=4.0, phase=math.pi / 2, mean=0.1)
     assert value(motion, 0.0)[0] == pytest.approx(0.4, rel=1e-15)
