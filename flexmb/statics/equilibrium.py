@@ -16,7 +16,7 @@ from flexmb import arguments, checks, display
 from flexmb import places as at
 from flexmb.display import counted, cut, listed
 from flexmb.engine.linalg.dense import bordered_solution
-from flexmb.engine.linalg.large import null_vector
+from flexmb.engine.linalg.large import null_vector, scaled
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import jacobians
 from flexmb.engine.system.outputs import FRICTION_ALONE
@@ -206,42 +206,50 @@ ROUND_OFF = 1e-15  # force of springs without load relative to their stiffness t
 REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]
 
 
-def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
-    """Coordinates (n_q,), multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None."""
+# Coordinates (n_q,), multipliers (n_c,), number of iterations, first correction (n_q,).
+Solved = tuple[np.ndarray, np.ndarray, int, np.ndarray]
+
+
+def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> Solved | None:
+    """Equilibrium under all loads after a motion with large viscosity from q (n_q,) on, or None."""
     # Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
     # Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
     # the nearest stationary point.
     n, length, size = program.n_q, program.length, program.sizes
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
-    spin.at(system, q)
+    lam = balancing(program, system, q, spin)
     forces = float(np.abs(system.force * size).max(initial=0.0))
-    # Multipliers of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular.
-    G, none = system.jacobian, np.zeros(program.n_c)
-    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
-    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
-    bordered = sp.block_array([[sp.eye_array(n), G.T @ scale], [scale @ G, -INDEPENDENCE * sp.eye_array(len(none))]])
-    lam = np.asarray(scale @ sp.linalg.splu(bordered.tocsc()).solve(np.append(-system.force, none))[n:])
-    unbalanced = float(np.abs((system.force + G.T @ lam) * size).max(initial=0.0))
+    unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
     system.at(q, weights=(1.0, 0.0, 0.0))
     stiffest = float((abs(system.block()) @ size * size).max(initial=0.0))
     if unbalanced <= max(1e-12 * forces, ROUND_OFF * stiffest):
-        return q, lam  # an equilibrium already, or no load
+        return _newton(program, system, q, lam, np.zeros(n), spin)  # an equilibrium already, or no load
     unit = forces / length**2
-    eta = unit
+    eta, before, moved = unit, np.inf, np.inf
     for _ in range(MOST_STRIDES):
         viscosity = eta * (length / size) ** 2
         found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
         if found is None:
             eta *= 4.0
-            if eta > 1e12 * unit:
-                return None
+            if eta > 1e12 * unit or moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF)):
+                return None  # the latter: at rest where less viscosity does not hold it
             continue
-        moved = float(np.abs((found[0] - q) / size).max())
+        before, moved = moved, float(np.abs((found[0] - q) / size).max())
         q, lam = found
         if moved <= REST_STRIDE and eta <= 1e-3 * unit:
-            return q, lam
+            return _newton(program, system, q, lam, np.zeros(n), spin)
         eta = max(eta / 3.0, 1e-14 * unit)
     return None
+
+
+def balancing(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> np.ndarray:
+    """Multipliers (n_c,) of the least unbalanced forces at q (n_q,), where the system is left evaluated."""
+    G, none = spin.at(system, q).jacobian, np.zeros(program.n_c)  # `INDEPENDENCE` keeps redundant rows regular
+    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    scale, one = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)), sp.eye_array(program.n_q)
+    bordered = sp.block_array([[one, G.T @ scale], [scale @ G, -INDEPENDENCE * sp.eye_array(len(none))]])
+    balanced = sp.linalg.splu(bordered.tocsc()).solve(np.append(-system.force, none))
+    return np.asarray(scale @ balanced[program.n_q :])
 
 
 def _stride(
@@ -292,7 +300,7 @@ LEAST_JUMP = 1e-8  # movement below which a load step is no jump [rad, or relati
 def static_equilibrium(
     mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
 ) -> Equilibrium:
-    """Static equilibrium, reached from the reference configuration while all loads grow from zero.
+    """Static equilibrium, reached from the reference configuration under growing loads.
 
     Drives hold their position of t = 0.  A controller without states that acts at all times, such as a PD law, is a
     spring with the force of its law at t = 0.  Clearance joints are open unless the reference configuration presses
@@ -323,7 +331,8 @@ def static_equilibrium(
     With the force r0 of the reference configuration, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 ..
     1; the square of the spin grows with s.  Follower forces are multiplied by s in r instead, since a rotated force
     cannot balance r0.  Motions without stiffness in the reference configuration (pendulums) are found by dynamic
-    relaxation.
+    relaxation, and so is the pose to which loads move a mechanism that is unstable otherwise: a column with a small
+    load to the side bends to this side.
     Limit points are not traced: a structure that snaps through ends with an error.  A straight column beyond its
     buckling load stays straight; `stable` says that it would not.  Not for beams so thin that rounding decides: 16
     elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
@@ -336,12 +345,32 @@ def static_equilibrium(
     program = compile_mechanism(mechanism)
     system = StateEvaluation(program)
     check_spin("static_equilibrium", mechanism, program, system.at(program.reference.q), full)
-    q, lam, total = at_rest(mechanism, program, system, load_steps, full)
-    full.at(system, q, lam)
-    forces, names = reactions(program, system, lam), program.names
+    q, lam, total = settled(mechanism, program, system, load_steps, full)
     K, _, _ = full.matrices(system, q, lam)
     stable = is_stable(program, K, system.jacobian)
+    forces, names = reactions(program, system, lam), program.names
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
+
+
+def settled(
+    mechanism: Mechanism, program: Program, system: StateEvaluation, load_steps: int, full: Spin
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """An equilibrium as of `at_rest`, or where loads move a mechanism to that they do not hold where it stands."""
+    # An unstable pose may lie on a branch that growing loads do not reach: those of a bent column go to one side.
+    if full.speed:
+        return at_rest(mechanism, program, system, load_steps, full)
+
+    def leaves(q: np.ndarray, lam: np.ndarray) -> bool:
+        K = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
+        return is_stable(program, K, system.jacobian) is False
+
+    reference = np.array(program.reference.q)
+    early = leaves(reference, balancing(program, system, reference, full))
+    found = relax(program, system, reference, full) if early else None
+    if found is None:
+        stays = at_rest(mechanism, program, system, load_steps, full)
+        found = None if early or not leaves(*stays[:2]) else relax(program, system, reference, full)
+    return stays if found is None else found[:3]
 
 
 def at_rest(
@@ -356,11 +385,9 @@ def at_rest(
         if found is None:
             check_independent(program, np.array(program.reference.q))
             raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
-        q, lam = found
-        exact = _newton(program, system, q, lam, np.zeros(program.n_q), full)
-        if exact is None or unresisted(program, system, *exact[:2]):
+        if unresisted(program, system, *found[:2]):
             raise SolveError(_free_motion_error(program, free))
-        return exact[:3]
+        return found[:3]
     return _grow_loads(mechanism, program, system, q, load_steps, full)
 
 
@@ -424,7 +451,7 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
 def _newton(
     program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin,
     most: int = MOST_ITERATIONS,
-) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:  # fmt: skip
+) -> Solved | None:  # fmt: skip
     """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, np.zeros(0)
     q, lam, size = q.copy(), lam.copy(), program.sizes
@@ -447,7 +474,7 @@ def _newton(
 
 
 def _against_tangents(
-    program: Program, system: StateEvaluation, q: np.ndarray, found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
+    program: Program, system: StateEvaluation, q: np.ndarray, found: Solved,
     held: np.ndarray, spin: Spin,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through."""
@@ -503,10 +530,9 @@ def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     if system.is_regular():
         return ""
-    K, G = system.block(), system.jacobian
-    largest = abs(K).max(axis=1).toarray().ravel()
-    scale = sp.diags_array(1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0)))
-    free = null_vector(sp.vstack([scale @ K @ scale, G @ scale]))
+    K = system.block()
+    scale, rows = scaled(K, system.jacobian)
+    free = null_vector(sp.vstack([scale @ K @ scale, rows]))
     return "" if free is None else program.names.coordinates[int(np.abs(free).argmax())]
 
 

@@ -248,7 +248,7 @@ def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
 def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
     """Whether beyond doubt no motion x but 0 has K x = 0 and G x = 0, and no row of G depends on the others."""
     # K (n, n) is symmetric or nearly so, G (m, n) are constraints; `order` is that of the n + m unknowns.
-    scale, rows = _scaled(K, G)
+    scale, rows = scaled(K, G)
     A = sp.block_array([[scale @ K @ scale, rows.T], [rows, None]]).tocsc()
     try:
         solve = solver(A, order)
@@ -267,7 +267,7 @@ def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
     # that pivots of what a constraint holds later are no round-off. Where a pivot is zero nonetheless, the eigenvalues
     # of a small A are counted instead.
     m = G.shape[0]
-    scale, rows = _scaled(K, G)
+    scale, rows = scaled(K, G)
     held = scale @ K @ scale + HOLD * (rows.T @ rows)
     A = sp.csc_array(sp.block_array([[held, rows.T], [rows, -JOINT_COMPLIANCE * sp.eye_array(m)]]))[order][:, order]
     try:
@@ -284,7 +284,7 @@ def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
     return int(np.count_nonzero(values < 0.0)) - int(m)
 
 
-def _scaled(K: Any, G: Any) -> tuple[Any, Any]:
+def scaled(K: Any, G: Any) -> tuple[Any, Any]:
     """Diagonal matrix D by which the entries of D K D are 1 at most, and G D with rows of length 1."""
     largest = np.asarray(abs(K).max(axis=1).todense()).ravel()
     scale = sp.diags_array(1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0)))
