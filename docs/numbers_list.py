@@ -314,6 +314,7 @@ statics.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are den
 statics.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for
 statics.eigen.DENSE_QUADRATIC_COORDINATES | unknowns | nothing | the same with damping
 engine.linalg.dense.DENSE_UNKNOWNS | unknowns | nothing | up to it start values are found dense
+engine.linalg.symbolic.LARGEST_SHARE | 1 | memory of the machine | positions of updates that are refused
 statics.modes.ENERGY_ROUND_OFF | 1 | frequencies | round-off of a frequency
 statics.equilibrium.OTHER_MODEL_STEP | 1 | a mode | part of another
 statics.modes.ASYMMETRY_ROUND_OFF | 1 | entries | round-off of a symmetric matrix

@@ -326,6 +326,18 @@ def test_fill_of_a_chain_is_linear():
         assert len(pattern.targets) / pattern.n <= 12
 
 
+def test_factors_that_no_memory_holds_are_refused(monkeypatch):
+    """A lattice of 10 x 10 nodes takes some 20 kB for the places of its updates."""
+    edges = [(i, i + 1) for i in range(100) if i % 10 < 9] + [(i, i + 10) for i in range(90)]
+    rows, cols = (np.array([edge[k] for edge in edges]) for k in range(2))
+    pattern = symbolic(100, rows, cols, np.arange(100))
+    monkeypatch.setattr("os.sysconf", lambda _: 50, raising=False)  # 2500 bytes
+    with pytest.raises(SolveError, match=r"factors of 100 unknowns take .* GB of memory"):
+        _ = pattern.targets
+    monkeypatch.undo()
+    assert len(pattern.targets) == pattern.target_ptr[-1]
+
+
 def test_postorder_keeps_families_together():
     """The arms of a star are eliminated one after the other, each from its tip, the hub last."""
     arms = [[(0, 1), (1, 2), (2, 3)], [(0, 4), (4, 5), (5, 6)]]

@@ -5,13 +5,15 @@ Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, sectio
 Cholesky factorization package, ACM Transactions on Mathematical Software 31 (2005) 587-591.
 """
 
+import math
+import os
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 from flexmb.kernels import compiled
 
 
@@ -109,6 +111,7 @@ def locate_targets(starts, row_ptr, rows, value_ptr, panel, targets):
 WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`
 # Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py).
 PANEL_ZEROS = 0.2
+LARGEST_SHARE = 0.7  # share of the memory for positions of updates; all else takes some .4 of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +162,14 @@ class Symbolic:
     @cached_property
     def targets(self) -> np.ndarray:
         """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32."""
-        # The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
+        # The largest array by far, found when a caller factors without pivoting: statics and modes do without it. A
+        # system that promises more memory than it has would end the process without a word.
+        need = 4e-9 * float(self.target_ptr[-1])  # [GB]
+        told = "SC_PHYS_PAGES" in getattr(os, "sysconf_names", ())
+        most = 1e-9 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if told else math.inf
+        if need > LARGEST_SHARE * most:
+            text = f"The factors of {self.n:,} unknowns take {need:.3g} GB of memory in the time loop, this machine has"
+            raise SolveError(f"{text} {most:.3g} GB. Take fewer parts or a reduced body; statics and modes need less.")
         found = np.empty(self.target_ptr[-1], dtype=np.uint32)
         locate_targets(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, found)
         found.setflags(write=False)
