@@ -99,6 +99,7 @@ engine.newmark.implicit_step.ROUND_OFF | 1 | coordinates | corrections below thi
 engine.newmark.implicit_step.SMALL_SYSTEM | unknowns | nothing | up to so many, each iteration that rubs has its own matrix
 engine.newmark.implicit_step.NONLINEAR_CORRECTION | 1 | what is wanted | size of a correction up to which its factors serve a contact
 engine.newmark.implicit_step.GAP_ROUND_OFF | 1 | round-off of corrections | round-off of a gap
+engine.newmark.implicit_step.FORCE_ROUND_OFF | 1 | round-off of coordinates | round-off of forces, of a correction that stalls
 engine.newmark.implicit_step.ANGLE_ALLOWANCE | rad | nothing | angles up to here have the round-off of 1 rad
 engine.newmark.implicit_step.FAR_ALLOWANCE | 1 | lengths from the origin | round-off of angles in mechanisms that are far away
 engine.newmark.implicit_step.ROUND_OFF_FRACTION | 1 | corrections | noise, and a correction that does not get smaller | 0.01 0.1 5

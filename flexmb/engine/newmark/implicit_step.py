@@ -49,6 +49,7 @@ ANGLE_ALLOWANCE = 6.3
 # Round-off of angles by that of places far from the origin, over these places in lengths of the mechanism.
 FAR_ALLOWANCE = 0.1
 GAP_ROUND_OFF = 0.1  # round-off of a gap relative to that of corrections
+FORCE_ROUND_OFF = 10.0  # round-off of a correction by that of forces of stiff bodies, over that of the coordinates
 
 
 @compiled
@@ -164,10 +165,10 @@ def _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial):
 
 @compiled
 def is_round_off(n, m, lu, trial, work, record):
-    """Whether the last correction is round-off of the gaps over the angle between two constraint rows."""
-    angle = math.sqrt(smallest_pivot(lu, work.lu, trial.pivot_scale, n)) if m > 0 else 1.0
-    report = record.report
-    return report.correction <= report.tolerance * (1.0 + GAP_ROUND_OFF * report.round_off / angle)
+    """Whether a correction that stalls is round-off of forces, or of gaps over the angle between constraint rows."""
+    angle, report = math.sqrt(smallest_pivot(lu, work.lu, trial.pivot_scale, n)) if m > 0 else 1.0, record.report
+    allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
+    return report.correction <= report.tolerance * allowed
 
 
 # Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
