@@ -116,7 +116,8 @@ def _value_texts(fields: Mapping[str, Any]) -> Iterator[str]:
             inner = ", ".join(_value_texts(value["fields"]))
             yield f"{word} {value['class']}" + (f" ({inner})" if inner else "")
         else:
-            yield word if value is True else f"{word} {_value_text(value)} {pretty(unit)}".rstrip()
+            shown = "" if isinstance(value, str) else pretty(unit)  # a word has none
+            yield word if value is True else f"{word} {_value_text(value)} {shown}".rstrip()
 
 
 def _value_text(value: Any) -> str:

@@ -243,9 +243,10 @@ class Modes:
 
     frequencies: np.ndarray = field(
         "(n,) natural frequencies [Hz], ascending; 0 for a rigid motion, negative for an unstable one "
-        "(-sqrt(|omega^2|)/2 pi). With damping or rotation those of the damped vibration, |Im s|/2 pi, ordered by |s|"
+        "(-sqrt(|omega^2|)/2 pi). With `damped` or in a turning frame |Im s|/2 pi, ordered by |s|: of the damped "
+        "vibration, as seen from the frame"
     )
-    shapes: np.ndarray = field("(n_q, n) mode shapes, normalised to x^T M x = 1; complex with damping or rotation")
+    shapes: np.ndarray = field("(n_q, n) mode shapes, normalised to x^T M x = 1; complex with `damped` or rotation")
     names: tuple[str, ...] = field("(n_q,) names of the coordinates")
     aliases: dict[str, str] = field("other names of nodes")
     rigid: int = field("number of rigid motions; they come first")
@@ -310,8 +311,9 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     mechanism : the mechanism.
     count : number of modes, lowest first.
     at : a static equilibrium of the same mechanism, or of the one with ideal joints; one that spins makes gyroscopic
-        modes, as seen from the turning frame.
-    damped : with the damping of material and dampers; complex eigenvalues, and the shapes in their phases.
+        modes, as seen from the turning frame.  Their kinds with `damped` say whether the rotation is stable.
+    damped : with the damping of material and dampers; complex eigenvalues, and the shapes in their phases.  Without it
+        a turning frame has Coriolis' forces alone, which do no work.
 
     Raises
     ------
@@ -339,7 +341,9 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     program = _program_of(mechanism, at)
     system = StateEvaluation(program)
     q, lam = (close_loops(program, {})[0], np.zeros(program.n_c)) if at is None else (at.q, at.lam)
+    D = system.at(q, lam=lam, weights=(0.0, 1.0, 0.0)).block()  # without speed all of C is damping
     K, C, M = spin.matrices(system, q, lam)
+    C = C if damped else 0.5 * ((C - D) - (C - D).T)  # gyroscopic forces do no work
     G = system.jacobian
     left_out = equilibrium.open_contacts(system) if at is not None else equilibrium.unpaired(mechanism)
     equilibrium.check_spin("modes", mechanism, program, system, spin)

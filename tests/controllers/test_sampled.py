@@ -87,6 +87,28 @@ def test_the_derivative_of_a_fast_filter_is_a_backward_difference():
     assert last(sol, "rotor.theta", "rotor.omega") == pytest.approx([theta, omega], abs=1e-9)
 
 
+def test_the_sampled_law_with_slow_filter_and_limit():
+    """g(T) = (1 - exp(-dt/T))/dt in place of 1/T of the filter and of the back-calculation."""
+    dt, kp, ki, kd, weight, times, most = 0.05, 0.06, 0.05, 4e-3, 0.7, (0.08, 0.2), 0.02
+    servo = fm.PID(
+        "servo", "rotor.theta", "shaft", target=1.0, kp=kp, ki=ki, kd=kd, weight=weight, limit=most, sample=dt,
+        filter_time=times[0], tracking_time=times[1], derivative_of="error",
+    )  # fmt: skip
+    of_filter, of_limit = ((1.0 - math.exp(-dt / T)) / dt for T in times)
+    theta, omega, integral, f, outputs = 0.0, 0.0, 0.0, 1.0, []
+    for _ in range(40):
+        error = 1.0 - theta
+        slope = of_filter * (error - f)
+        wanted = kp * (weight - theta) + integral + kd * slope
+        output = min(max(wanted, -most), most)
+        integral, f = integral + dt * (ki * error + of_limit * (output - wanted)), f + dt * slope
+        theta, omega = theta + dt * omega + 0.5 * output / J * dt**2, omega + dt * output / J
+        outputs.append(output)
+    assert 5 < np.sum(np.abs(outputs) == most) < 35  # limited, and not
+    sol = fm.simulate(rotor(servo), t_end=40 * dt, **STEPS["radau"])
+    assert last(sol, "rotor.theta", "rotor.omega") == pytest.approx([theta, omega], abs=1e-9)
+
+
 def test_no_instant_is_missed_and_outputs_hold():
     """0.1 and 0.03 have common multiples that differ by round-off; 400 instants by steps longer than the samples."""
     first = fm.Control("first", [], ["shaft"], counting, numbers=[0.1], states=1, sample=0.1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 from flexmb.model.signal import Signal
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
@@ -98,6 +98,35 @@ def test_campbell_of_a_turning_beam():
     assert second.get_ydata()[0] == pytest.approx(4.6940911**2 * scale, rel=1e-3)
     assert np.all(np.diff(second.get_ydata()) > 0.0)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("speed [rad/s]", "natural frequency [Hz]")
+
+
+def turning_mass(stiffness):
+    """A mass of 2 kg, 1 mm off the centre, on springs and dampers that turn with it."""
+    mass = fm.RigidBody("mass", (1e-3, 0.0), mass=2.0, inertia=0.1)
+    held = fm.Bushing("shaft", fm.GROUND, mass, at=(1e-3, 0.0), stiffness=stiffness, torsion=500.0, damping=(30.0, 1.0))
+    return fm.Mechanism("rotor", [mass, held])
+
+
+def curves_of(figure):
+    return {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}
+
+
+def test_campbell_without_damping_and_with_it():
+    """At 2.525 rad/s 1.8210 Hz, with dampers 1.8395 (roots of the quartic); at rest 1.9492 and 1.9488 Hz."""
+    for damped, expected in ((False, [1.9492, 1.8210]), (True, [1.9488, 1.8395])):
+        figure = fm.plots.plot_campbell(turning_mass((800.0, 300.0)), [0.0, 2.525], count=1, damped=damped)
+        np.testing.assert_allclose(curves_of(figure)["mode 1"][:, 1], expected, atol=5e-5)
+
+
+def test_campbell_with_a_critical_speed():
+    """The curve has a gap where k = m W^2 leaves no equilibrium, and a cross there."""
+    mechanism, speeds = turning_mass((800.0, 300.0)), [0.0, 5.0, 20.0, 25.0]
+    curves = curves_of(fm.plots.plot_campbell(mechanism, speeds, count=1))
+    assert np.isnan(curves["mode 1"][:, 1]).tolist() == [False, False, True, False]
+    np.testing.assert_allclose(curves["failed"], [[20.0, 0.015]])
+    assert "failed" not in curves_of(fm.plots.plot_campbell(mechanism, speeds[:2], count=1))
+    with pytest.raises(SolveError, match="no static equilibrium"):
+        fm.plots.plot_campbell(turning_mass((200.0, 800.0)), [10.0, 20.0])
 
 
 @pytest.mark.parametrize(

@@ -129,6 +129,20 @@ def test_tables_hold_the_numbers(slider_crank, run_page):
     assert len(captions) == len(run_page.all("table")) >= 5
 
 
+def test_words_have_no_unit_and_motions_that_of_what_they_drive(slider_crank, run_page, tmp_path):
+    assert re.search(r"start centred$", run_page.text, re.MULTILINE)
+    assert "motion ConstantSpeed (speed 300 rad/s)" in run_page.text
+    body = fm.RigidBody("body", at=(0.0, 0.0), mass=1.0, inertia=0.1)
+    guide = fm.Prismatic("guide", fm.GROUND, body, along=(1.0, 0.0))
+    pushed = fm.Drive("motor", "guide", fm.drives.Harmonic(0.1, frequency=2.0))
+    page = Page(fm.report(fm.simulate(fm.Mechanism("pushed", [body, guide, pushed]), t_end=0.1), tmp_path / "run.html"))
+    assert "amplitude 0.1 m, frequency 2 Hz" in page.text
+    for text in (run_page.text, page.text):
+        assert "rad/s or m/s" not in text
+        assert "rad or m" not in text
+        assert "centred m" not in text
+
+
 def test_journal_and_its_clearance(slider_crank, run_page):
     _, sol = slider_crank
     (journal,) = run_page.data["journals"]

@@ -317,10 +317,12 @@ class PID(Controller):
     A positive output has to move the measured signal up: turn a load that moves it down, or give all gains the other
     sign.  The derivative is kd s / (1 + s filter_time) of b' r - m, with b' = 1 for `derivative_of="error"`, else 0;
     the filter starts settled.  While the output is limited, the integral gives way by back-calculation,
-    d(integral)/dt = ki (r - m) + (output - unlimited output) / tracking_time.  A sampled controller steps the integral
-    by forward and the derivative by backward differences as filter_time tends to 0; times shorter than `sample` do not
-    make it unstable.  Source: K. J. Astrom, T. Hagglund, PID Controllers: Theory, Design, and Tuning (Instrument
-    Society of America, 1995), chapter 3.
+    d(integral)/dt = ki (r - m) + (output - unlimited output) / tracking_time.  A sampled one holds the output and
+    steps the integral by forward differences of dt = sample, with g(T) = (1 - exp(-dt/T))/dt in place of 1/T of both
+    time constants, whose decay is exact, so that none is too short: the derivative is kd g(filter_time) (v - f) with
+    v = b' r - m, and then f grows by dt g (v - f), a backward difference as filter_time tends to 0.
+    Source: K. J. Astrom, T. Hagglund, PID Controllers: Theory, Design, and Tuning (Instrument Society of America,
+    1995), chapter 3.
 
     Examples
     --------

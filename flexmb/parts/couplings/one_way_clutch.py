@@ -87,7 +87,8 @@ class OneWayClutch(Joint):
     -----
     The clutch engages at any angle, without backlash and without drag while it overruns; it does not slip under too
     large a torque.  It yields torque/stiffness and does not creep.  The ledger counts the energy of the wind-up as
-    dissipated in friction, and gives it back as the clutch unwinds.
+    dissipated in friction, and gives it back as the clutch unwinds.  Statics and modes know no wind-up: it resists
+    nothing there.  Where it holds, replace it by a `Revolute` and a `TorsionSpring` of its stiffness.
     Source of the model, an engaged clutch as a spring that cannot pull: F. Zhu, R. G. Parker, Non-linear dynamics of a
     one-way clutch in belt-pulley systems, Journal of Sound and Vibration 279 (2005) 285-308.
     """

@@ -184,7 +184,7 @@ class SpringDamper(PointToPoint):
     """Linear spring and damper between a point of one body and a point of another.
 
     Signals: length [m], rate (of the length) [m/s], force (tension of spring and damper; negative: pressure) [N],
-    energy (of the spring) [J].
+    energy (of the spring, where its free length is no motion) [J].
 
     Raises
     ------
@@ -283,7 +283,7 @@ class TorsionSpring(Part):
     """Linear torsion spring and damper between two bodies.
 
     Signals: angle (of the second body against the first, 0 in the reference configuration) [rad], rate [rad/s], torque
-    (of spring and damper, on the second body) [N m], energy (of the spring) [J].
+    (of spring and damper, on the second body) [N m], energy (of the spring, where its rest angle is no motion) [J].
 
     Raises
     ------

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.series.samples import PowerSpectrum
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 from flexmb.late import mpl
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, name_of
@@ -27,6 +27,8 @@ from flexmb.show.pictures.style import (
     panels_of,
     prefixed,
 )
+from flexmb.statics.equilibrium import static_equilibrium
+from flexmb.statics.modes import modes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -345,19 +347,16 @@ CAMPBELL_SIZE = (7.5, 5.0)  # of a figure [inch]
 
 
 def plot_campbell(
-    mechanism: Mechanism,
-    speeds: Sequence[float] | np.ndarray,
-    *,
-    count: int = 4,
-    orders: Sequence[float] = (1.0, 2.0, 3.0, 4.0),
-    about: tuple[float, float] = (0.0, 0.0),
+    mechanism: Mechanism, speeds: Sequence[float] | np.ndarray, *, count: int = 4,
+    orders: Sequence[float] = (1.0, 2.0, 3.0, 4.0), about: tuple[float, float] = (0.0, 0.0), damped: bool = False,
     title: str | None = None,
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Campbell diagram: natural frequencies over the speed of rotation, and the multiples of the speed.
 
     At each speed the mechanism is at rest in a frame that turns (`static_equilibrium(spin=...)`), and its modes are
     seen from that frame.  A resonance is possible where a frequency crosses a multiple of the speed.  Frequencies of
-    unstable and overdamped motions are left out; curves join frequencies of equal rank.
+    unstable and overdamped motions are left out; curves join frequencies of equal rank.  They have a gap at a speed
+    without an equilibrium, as an exactly critical one, and a cross on the lower edge marks it.
 
     Parameters
     ----------
@@ -366,19 +365,20 @@ def plot_campbell(
     count : number of frequencies.
     orders : multiples of the speed that are drawn.
     about : centre of the rotation [m].
+    damped : with the damping of material and dampers, see `modes`.
     title : title of the figure; None: the name of the mechanism.
 
     Raises
     ------
     InputError : fewer than two speeds, speeds that do not increase; see `static_equilibrium` and `modes`.
-    SolveError : see `static_equilibrium` and `modes`.
+    SolveError : no speed has an equilibrium with modes; the error of the first one.
     """
     listed = checks.sequence("plot_campbell", "speeds", speeds, "speeds")
     given = [checks.number("plot_campbell", f"speeds[{k}]", w, "rad/s") for k, w in enumerate(listed)]
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
     number = checks.count("plot_campbell", "count", count)
-    found = np.array([_frequencies(mechanism, w, number, about) for w in given])
+    found, failed = _frequencies(mechanism, given, number, about, damped)
     figure, ax = panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
@@ -388,6 +388,9 @@ def plot_campbell(
         ax.annotate(text, (given[-1], line[-1]), **beside)
     for k, frequency in enumerate(found.T):
         ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **curve(k))
+    if failed:
+        look: dict[str, Any] = {"color": "black", "clip_on": False, "transform": ax.get_xaxis_transform()}
+        ax.plot(failed, np.full(len(failed), 0.015), "x", label="failed", **look)
     label_axis(ax.xaxis, "speed", "rad/s")
     label_axis(ax.yaxis, "natural frequency", "Hz")
     ax.set_xlim(given[0], given[-1])
@@ -396,28 +399,32 @@ def plot_campbell(
     return figure
 
 
-def _frequencies(mechanism: Mechanism, speed: float, count: int, about: tuple[float, float]) -> np.ndarray:
-    """Lowest frequencies of elastic motions [Hz]; NaN where there are fewer."""
-    from flexmb.statics.equilibrium import static_equilibrium
-    from flexmb.statics.modes import modes
-
-    state = static_equilibrium(mechanism, spin=speed, about=about)
-    found = modes(mechanism, count=2 * count, at=state)
-    elastic = [f for f, kind in zip(found.frequencies, found.kinds, strict=True) if kind == "elastic"][:count]
-    return np.array([*elastic, *[np.nan] * (count - len(elastic))])
+def _frequencies(
+    mechanism: Mechanism, speeds: list[float], count: int, about: tuple[float, float], damped: bool
+) -> tuple[np.ndarray, list[float]]:
+    """Lowest frequencies of elastic motions (speeds, count) [Hz], NaN where there are fewer; speeds that failed."""
+    found, failed = np.full((len(speeds), count), np.nan), {}
+    for row, speed in zip(found, speeds, strict=True):
+        try:
+            state = static_equilibrium(mechanism, spin=speed, about=about)
+            every = modes(mechanism, count=2 * count, at=state, damped=damped)
+        except SolveError as error:
+            failed[speed] = error
+            continue
+        elastic = [f for f, kind in zip(every.frequencies, every.kinds, strict=True) if kind == "elastic"][:count]
+        row[: len(elastic)] = elastic
+    if len(failed) == len(speeds):
+        raise failed[speeds[0]]
+    return found, list(failed)
 
 
 JOURNAL_SIZE = (5.6, 5.4)  # of a figure [inch]
 
 
 def plot_journal(
-    sol: Solution,
-    joint: Part | str,
-    *,
-    clearance: float | None = None,
-    since: float | None = None,
+    sol: Solution, joint: Part | str, *, clearance: float | None = None, since: float | None = None,
     title: str | None = None,
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Orbit of a journal: its centre relative to that of the bearing, and the circle of the clearance.
 
     Rows with contact are dots: beyond the circle by the penetration; in a film of oil, from the height of the roughness

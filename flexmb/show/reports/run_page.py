@@ -217,7 +217,7 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
     bodies = [part for part in parts if part["kind"] == "body"]
     masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
     other = (part for part in parts if part["kind"] != "body")
-    others = [[p["name"], p["class"], _ends(p["fields"]), values_text(p["fields"])] for p in other]
+    others = [[p["name"], p["class"], _ends(p["fields"]), _values(sol, p)] for p in other]
     gx, gy = description.get("gravity", (0.0, 0.0))
     mass, accelerated = quantity(sum(mass or 0.0 for mass in masses), "kg"), pretty("m/s^2")
     summary = [("parts", f"{len(parts)}"), ("mass", mass), ("gravity", f"({number(gx)}, {number(gy)}) {accelerated}")]
@@ -227,6 +227,13 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
     listed = table("Bodies", heads, rows, numbers=[2]) if bodies else None
     rest = table("Joints, drives, loads and other parts", more, others) if others else None
     return section("Model", facts(summary), listed, rest, anchor="model")
+
+
+def _values(sol: Solution, part: Mapping[str, Any]) -> str:
+    """Values of a part in one line; motions of a drive have the unit of its signals."""
+    speed, text = f"{part['name']}.speed", values_text(part["fields"])
+    unit = sol.units(speed) if speed in sol else ""
+    return text.replace("rad/s or m/s", unit).replace("rad or m", unit[:-2]) if unit else text
 
 
 def _ends(fields: Mapping[str, Any]) -> str:

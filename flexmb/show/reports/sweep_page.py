@@ -74,19 +74,13 @@ def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
             verdict = str(part["verdict"].values[k])
             entry, name = entry_of(verdict) if verdict else "", point_file(parameter, float(value))
             colour = VERDICT_COLOURS[entry]  # of matplotlib; "" is the colour of the text in CSS
-            found.append(
-                {
-                    "place": k,
-                    "direction": direction,
-                    "verdict": verdict,
-                    "entry": entry,
-                    "colour": colour if colour.startswith("#") else "" if colour == "black" else GREY,
-                    "exponent": float(part["exponent"].values[k]) if "exponent" in part else None,
-                    "ok": bool(part["ok"].values[k]),
-                    "status": status,
-                    "link": quote(name) if (path.parent / name).is_file() else None,
-                }
-            )
+            found.append({
+                "place": k, "direction": direction, "verdict": verdict, "entry": entry,
+                "colour": colour if colour.startswith("#") else "" if colour == "black" else GREY,
+                "exponent": float(part["exponent"].values[k]) if "exponent" in part else None,
+                "ok": bool(part["ok"].values[k]), "status": status,
+                "link": quote(name) if (path.parent / name).is_file() else None,
+            })  # fmt: skip
     return found
 
 
