@@ -345,32 +345,31 @@ def static_equilibrium(
     program = compile_mechanism(mechanism)
     system = StateEvaluation(program)
     check_spin("static_equilibrium", mechanism, program, system.at(program.reference.q), full)
-    q, lam, total = settled(mechanism, program, system, load_steps, full)
-    K, _, _ = full.matrices(system, q, lam)
-    stable = is_stable(program, K, system.jacobian)
+    q, lam, total, stable = settled(mechanism, program, system, load_steps, full)
+    full.at(system, q, lam)
     forces, names = reactions(program, system, lam), program.names
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
 
 
 def settled(
     mechanism: Mechanism, program: Program, system: StateEvaluation, load_steps: int, full: Spin
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """An equilibrium as of `at_rest`, or where loads move a mechanism to that they do not hold where it stands."""
+) -> tuple[np.ndarray, np.ndarray, int, bool | None]:
+    """Equilibrium as of `at_rest`, or to which loads move a mechanism from an unstable pose; whether it is stable."""
     # An unstable pose may lie on a branch that growing loads do not reach: those of a bent column go to one side.
-    if full.speed:
-        return at_rest(mechanism, program, system, load_steps, full)
+    reference, turning = np.array(program.reference.q), full.speed != 0.0
 
-    def leaves(q: np.ndarray, lam: np.ndarray) -> bool:
-        K = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
-        return is_stable(program, K, system.jacobian) is False
+    def stability(q: np.ndarray, lam: np.ndarray) -> bool | None:
+        K = full.matrices(system, q, lam)[0] if turning else system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
+        return is_stable(program, K, system.jacobian)
 
-    reference = np.array(program.reference.q)
-    early = leaves(reference, balancing(program, system, reference, full))
-    found = relax(program, system, reference, full) if early else None
-    if found is None:
-        stays = at_rest(mechanism, program, system, load_steps, full)
-        found = None if early or not leaves(*stays[:2]) else relax(program, system, reference, full)
-    return stays if found is None else found[:3]
+    early = not turning and stability(reference, balancing(program, system, reference, full)) is False
+    moved = relax(program, system, reference, full) if early else None
+    found = moved or at_rest(mechanism, program, system, load_steps, full)
+    stable = stability(*found[:2])
+    if stable is False and not early and not turning:
+        found = relax(program, system, reference, full) or found
+        stable = stability(*found[:2])
+    return *found[:3], stable
 
 
 def at_rest(
