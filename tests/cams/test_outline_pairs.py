@@ -228,6 +228,30 @@ def test_wrong_pairs_are_refused():
         pair((0.4, 0.1), [(0.1 * math.cos(a), 0.1 * math.sin(a)) for a in turn], ())
 
 
+def in_a_hollow(radius, gap, angle, swapped=False, ball=0.1):
+    """A disc over the round bottom of a hollow, at an angle from it."""
+    c, s, way = math.cos(angle), math.sin(angle), radius - ball - gap
+    far = 2.0 * radius
+    bowl = fm.cams.Outline(((-radius, 0.0), (radius, 0.0), (far, -far), (-far, -far)), (1.0, 0.0, 0.0, 0.0))
+    disc = fm.cams.Outline(((way * s + ball, -way * c), (way * s - ball, -way * c)), (1.0, 1.0))
+    one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0, theta=0.3)
+    two = fm.RigidBody("two", at=(way * s, -way * c), mass=1.0, inertia=1.0)
+    ends = (two, disc, one, bowl) if swapped else (one, bowl, two, disc)
+    return fm.Mechanism("hollow", [one, two, fm.cams.OutlineOnOutline("pair", *ends, normal=LAW)])
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize(("radius", "angle"), [(0.5, 0.0), (0.5, 0.4), (0.11, 0.4), (50.0, 0.001)])
+def test_a_disc_may_touch_a_hollow_arc(radius, angle, swapped):
+    """Chords of the hollow lie 1e-4 of its radius beside it, and were taken for it: the disc was refused."""
+    for gap in (1e-3, 1e-4, 1e-5, 1e-6, 1e-9, 0.0, -1e-5, -1.9e-4):  # up to a thousandth of the disc
+        found = gaps(in_a_hollow(radius, gap, angle, swapped))
+        assert min(found.values(), key=lambda one: abs(one - gap)) == pytest.approx(gap, abs=1e-12)
+    for gap in (-2.1e-4, -1e-2, -0.05):
+        with pytest.raises(ModelError, match=rf"the outlines overlap by {-gap:.1g}"):
+            in_a_hollow(radius, gap, angle, swapped)
+
+
 def test_contacts_have_the_names_that_a_person_gives():
     own = {"second1_side1": "tip", "second2": "heel"}
     mech = pair((0.25, 0.1), names=own)

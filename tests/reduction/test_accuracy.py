@@ -81,6 +81,30 @@ def test_shapes_of_inertia_are_exact_under_unit_accelerations(make):
     assert found.coordinates == 12
 
 
+@pytest.mark.parametrize(("height", "modes"), [(0.005, 6), (0.005, 9), (0.01, 9), (0.02, 9), (0.02, 18), (0.05, 12)])
+def test_shapes_of_inertia_beside_many_modes(height, modes):
+    """A shape of inertia that the vibrations of a slender rod hold is left out; the body was refused."""
+    length, count = 0.5, 4 if height == 0.05 else 3
+    mesh = fm.meshes.rectangle(length, height, 50, 1)
+    plane = fm.PlaneBody("rod", mesh, at=(0.0, -0.5 * height), thickness=0.02, material=STEEL, pins=("left",))
+    body = fm.Reduced(plane, modes=modes, inertia_shapes=True)
+    found, basis = body.accuracy(3, held=("left",)), body.basis
+    assert (basis.loaded, basis.vibrations % 3) == (count, -count % 3)
+    assert basis.vibrations >= modes
+    assert max(found.free_errors.max(), found.held_errors.max()) < 2e-5
+    for name, load in found.loads.items():
+        assert load.deflection_error < 2e-7, name
+        assert load.stress_error < 5e-5, name
+    first = 1.8751041**2 * math.sqrt(STEEL.young * height**2 / 12.0 / STEEL.density) / (2.0 * math.pi * length**2)
+    assert found.held[0, 1] == pytest.approx(first, rel=1.3e-3 + 1.1 * (height / length) ** 2)  # shear, wide root
+    sag = STEEL.density * length**4 * 12.0 / (8.0 * STEEL.young * height**2)
+    assert found.loads["acceleration along y"].deflection == pytest.approx(sag, rel=2e-3 + 2.0 * (height / length) ** 2)
+    inner = basis.shapes[:, 3:]
+    mass = inner.T @ (body.model.mass_matrix() @ inner)
+    scale = np.sqrt(np.diag(mass))
+    assert np.linalg.cond(mass / np.outer(scale, scale)) < 1e8
+
+
 def test_no_shape_of_rotation_where_it_is_none_of_its_own_or_has_no_room():
     """A rod of two elements has one axial displacement inside; three vibrations leave three shapes to an L of two."""
     lines = {"section": fm.Rectangle(width=0.01, height=0.02), "material": STEEL}

@@ -23,7 +23,7 @@ from flexmb.elastic.reduced.kernel import MOST
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
-from flexmb.planar import Array
+from flexmb.planar import Array, Indices
 
 Sparse: TypeAlias = Any  # sparse matrix of scipy, which has no types
 
@@ -80,7 +80,8 @@ DENSE = 60  # number of inner displacements up to which all vibrations are compu
 RIGID = 3  # motions of a rigid body
 FIRST_TRIAL = 12  # number of vibrations that are computed first where all up to a frequency are kept
 LEAST_PIVOT = 1e-13  # smallest pivot over the largest one [1] of a body whose inside is held by its pins
-LEAST_SHARE = 1e-10  # least strain energy of a combination of static shapes and vibrations over that of each one [1]
+LEAST_SHARE = 1e-10  # least strain energy that other shapes leave of a static shape, over its own [1]
+NEARLY = 1e-6  # the same of combinations, below which vibrations are whole, beside what they leave of static shapes
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,18 +111,16 @@ class Basis:
         return z
 
 
-def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool, inertia: bool, loads: Array) -> Basis:
+def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool, own: Indices, loads: Array) -> Basis:
     """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held."""
     # With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
-    # `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
-    # `loads`: forces (N, L) whose static shapes are kept.
-    # Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
-    # shapes of their own.
+    # `by_pin`: the frame is that of the first pin; `own`: numbers of the `inertia_loads`, and `loads`: forces (N, L),
+    # whose static shapes are kept, but for those of inertia that the other shapes hold; those of loads are refused.
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
-    own = _own_inertia(model, solve, inner - modes - loads.shape[1]) if inertia else loads[:, :0]
-    forces = np.hstack([own, loads])
+    weights = _own_inertia(model, solve, inner - modes - loads.shape[1], own) if len(own) else loads[:, :0]
+    forces, inertia = np.hstack([weights, loads]), weights.shape[1] > 0
     static_shapes = forces.shape[1]
     if modes + static_shapes > inner - inner % 3:
         besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""
@@ -136,7 +135,9 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
         kept -= 3
     inside = phi[:, :kept]
     if static_shapes:
-        inside = _with_static(model, K[m:, m:], inside, solve(forces[m:]))
+        inside, spare = _with_static(model, K[m:, m:], inside, solve(forces[m:]), weights.shape[1])
+        if spare is not None:
+            return basis(model, modes, up_to, by_pin=by_pin, own=np.delete(own, spare), loads=loads)
     full = np.vstack([np.zeros((m, inside.shape[1])), inside])
     x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
     names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(inside.shape[1] // 3 - inertia))]
@@ -153,13 +154,12 @@ def _in_threes(modes: int, static_shapes: int) -> int:
     return 3 * math.ceil((modes + static_shapes) / 3) - static_shapes
 
 
-def _own_inertia(model: ElasticModel, solve: Callable[[Array], Array], room: int) -> Array:
-    """(N, 4) forces of `inertia_loads`; (N, 3) without the rotation where it bends as the others do, or has no room."""
+def _own_inertia(model: ElasticModel, solve: Callable[[Array], Array], room: int, numbers: Indices) -> Array:
+    """(N, n) forces of `inertia_loads`; without the rotation where it bends as the others do, or has no room."""
     forces = np.stack(list(inertia_loads(model).values()), axis=1)
-    inner = forces[model.count :]
-    work = inner.T @ solve(inner)
+    work = forces[model.count :].T @ solve(forces[model.count :])
     rest = work[3, 3] - work[3, :3] @ np.linalg.lstsq(work[:3, :3], work[:3, 3], rcond=LEAST_SHARE)[0]
-    return forces if rest > LEAST_SHARE * work[3, 3] and room > RIGID else forces[:, :3]
+    return forces[:, [k for k in numbers if k < RIGID or (rest > LEAST_SHARE * work[3, 3] and room > RIGID)]]
 
 
 def inertia_loads(model: ElasticModel) -> dict[str, Array]:
@@ -172,25 +172,27 @@ def inertia_loads(model: ElasticModel) -> dict[str, Array]:
     return {name: model.force_of(field) for name, field in {**fields, "rotation": arms}.items()}
 
 
-def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:
-    """(n, s + k) static shapes (n, s), then vibrations (n, k) without their static part."""
-    sizes = np.sqrt(np.diag(shapes.T @ (K @ shapes)))
-    if not sizes.all():
-        _refuse_shapes(model)
-    unit = shapes / sizes
+def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array, own: int) -> tuple[Array, int | None]:
+    """(n, s + k) static shapes (n, s), then vibrations (n, k) without their static part; number of a spare shape."""
+    sizes, lengths = (np.sqrt(np.einsum("ij,ij->j", some, K @ some)) for some in (shapes, phi))
+    unit = shapes / np.where(sizes, sizes, 1.0)
     rest = phi - unit @ np.linalg.lstsq(unit.T @ (K @ unit), unit.T @ (K @ phi), rcond=None)[0]
-    whole = np.hstack([shapes, phi])
-    together = np.hstack([shapes, rest]) / np.sqrt(np.einsum("ij,ij->j", whole, K @ whole))
-    if not la.eigvalsh(together.T @ (K @ together))[0] > LEAST_SHARE:
-        _refuse_shapes(model)
-    return np.asarray(together)
-
-
-def _refuse_shapes(model: ElasticModel) -> None:
-    """Refuse static shapes that add nothing."""
-    text = f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid"
-    text += " pins alone or of size 0, or combinations of each other or of its modes. Keep fewer modes,"
-    raise InputError(f"{text} leave out such loads, take more elements, or leave inertia_shapes=False.")
+    first = np.asarray(np.hstack([unit, rest / lengths]))
+    least = la.eigvalsh(first.T @ (K @ first))[0]
+    if least > NEARLY:
+        return first, None
+    together = phi / lengths  # and what these leave of the static shapes, by Gram and Schmidt
+    for k, left in enumerate(unit.T.copy()):
+        for _ in range(2):  # again, against round-off
+            left -= together @ (together.T @ (K @ left))  # noqa: PLW2901 - a row of the copy
+        if (share := float(left @ (K @ left))) > LEAST_SHARE:
+            together = np.column_stack([together, left / math.sqrt(share)])
+        elif least > LEAST_SHARE or k < own:
+            return first, (None if least > LEAST_SHARE else k)
+    if together.shape[1] == rest.shape[1] + len(sizes):
+        return np.roll(together, len(sizes), axis=1), None
+    text = f"{model.label}: static shapes are none (loads on rigid pins alone, of size 0), or combinations of each"
+    raise InputError(f"{text} other or of the modes. Keep fewer modes, leave out such loads, or take more elements.")
 
 
 def require_room(model: ElasticModel, modes: int) -> None:

@@ -92,8 +92,8 @@ class Reduced(MeshBody):
     - pins: left out, the corners of beams, the holes of a plane body.
     - frame: of "chord" it follows the positions of all pins; of "pin", or where all pins stand at one place, the first.
     - inertia_shapes: a node "inertia" for unit accelerations along x, along y and about the first pin, and a shape for
-      a steady rotation beside the modes.  Weight and rotations then bend and stress exactly, and all stress inside
-      counts in the stiffening.
+      a steady rotation beside the modes, less those that these hold.  Weight and rotations then bend and stress
+      exactly, and all stress inside counts in the stiffening.
     - load_shapes: such a load on edges or in the body bends the body exactly, beside the modes, with its exact stress,
       which counts in the stiffening.
     - mass_damping acts against the frame; damping_ratios are those of the vibrations of the free body.
@@ -209,7 +209,7 @@ class Reduced(MeshBody):
         def make() -> Basis:
             loads = [self.model.shape.T @ np.frombuffer(force) for force in forces]
             columns = np.stack(loads, axis=1) if loads else np.zeros((self.model.shape.shape[1], 0))
-            return basis(self.model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
+            return basis(self.model, modes, up_to, by_pin=by_pin, own=np.arange(4 * inertia), loads=columns)
 
         return replace(BASES.of((self._key, self._options), make), model=self.model)
 

@@ -153,17 +153,19 @@ class Outline(Input):
     @property
     def area(self) -> float:
         """Area [m^2]."""
-        points, bulges = np.array(self.points), np.array(self.bulges)
-        chords = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
-        angles = 4.0 * np.arctan(bulges)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            radii = np.where(bulges == 0.0, 0.0, chords * (1.0 + bulges**2) / (4.0 * bulges))
-        return planar.area(points) + float(np.sum(0.5 * radii**2 * (angles - np.sin(angles))))
+        angles, radii = 4.0 * np.arctan(self.bulges), [self.radius(k) for k in range(len(self.points))]
+        return planar.area(np.array(self.points)) + float(0.5 * np.square(radii) @ (angles - np.sin(angles)))
 
     @property
     def polygon(self) -> np.ndarray:
         """Points (n, 2) of the outline, arcs resolved [m]."""
         return _polygon(np.array(self.points), np.array(self.bulges))
+
+    @property
+    def flatness(self) -> float:
+        """Largest distance of `polygon` from the outline, or a larger one of a single chord [m]."""
+        bends = [(abs(self.radius(k)), 2.0 * math.atan(abs(b))) for k, b in enumerate(self.bulges)]
+        return max(radius * (1.0 - math.cos(min(half, 0.25 * math.pi / ARC_POINTS))) for radius, half in bends)
 
     def radius(self, k: int) -> float:
         """Radius of piece `k` [m], < 0 for a hollow arc, 0 for a straight line."""

@@ -16,7 +16,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, record
-from flexmb.kernels import compiled, gap_kernel
+from flexmb.kernels import GAP_SIZE, compiled, gap_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
@@ -32,7 +32,7 @@ from flexmb.parts.cams.curve_on_curve import (
     with_arms,
 )
 from flexmb.parts.cams.curves import CircularCurve
-from flexmb.parts.cams.outline import POINTED, ROUNDED, Outline, RoundArc, rounds
+from flexmb.parts.cams.outline import POINTED, ROUNDED, SMOOTH, Outline, RoundArc, rounds
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
 
@@ -43,7 +43,7 @@ SCALE, CENTRE_X, CENTRE_Y, RADIUS, EXTENT, COUNT, FIRST_PIECE = range(7)
 WHOLE, PART, PART_WITHOUT_START = 0.0, 1.0, 2.0
 # Places in a piece: ends [m], centre [m], radius [m] (0: straight, < 0: hollow), mean outward normals at both ends.
 X0, Y0, X1, Y1, ORIGIN_X, ORIGIN_Y, BEND, START_NX, START_NY, END_NX, END_NY, PIECE_SIZE = range(12)
-STRAIGHT, ARC, CORNER = range(3)  # kinds of nearest places
+ROUNDING = 1e-12  # way beyond the end of a piece, over its length or radius, and sine of an angle [1] that are none
 
 
 @compiled
@@ -53,36 +53,18 @@ def foot_on_piece(p, k, X, Y):
     dx, dy = p[k + X1] - p[k + X0], p[k + Y1] - p[k + Y0]
     if p[k + BEND] == 0.0:
         along, square = ax * dx + ay * dy, dx * dx + dy * dy
-        if along < 0.0 or along > square:
+        if along < -ROUNDING * square or along > square + ROUNDING * square:
             return math.inf
         across = dx * ay - dy * ax
         return across * across / square
     wx, wy = X - p[k + ORIGIN_X], Y - p[k + ORIGIN_Y]
     sx, sy = p[k + X0] - p[k + ORIGIN_X], p[k + Y0] - p[k + ORIGIN_Y]
     ex, ey = p[k + X1] - p[k + ORIGIN_X], p[k + Y1] - p[k + ORIGIN_Y]
-    turn = 1.0 if p[k + BEND] > 0.0 else -1.0
-    if turn * (sx * wy - sy * wx) < 0.0 or turn * (wx * ey - wy * ex) < 0.0:
+    turn, least = (1.0 if p[k + BEND] > 0.0 else -1.0), -ROUNDING * p[k + BEND] * p[k + BEND]
+    if turn * (sx * wy - sy * wx) < least or turn * (wx * ey - wy * ex) < least:
         return math.inf
     away = math.sqrt(wx * wx + wy * wy) - abs(p[k + BEND])
     return away * away
-
-
-@compiled
-def nearest_place(p, first, count, X, Y):
-    """Nearest piece or end of a piece: its place in p, kind, and whether it is the end (of a corner)."""
-    best, found, kind, at_end = math.inf, first, CORNER, False
-    for i in range(count):
-        k = first + PIECE_SIZE * i
-        square = foot_on_piece(p, k, X, Y)
-        if square < best:
-            best, found, kind = square, k, STRAIGHT if p[k + BEND] == 0.0 else ARC
-    for i in range(count):
-        k = first + PIECE_SIZE * i
-        start = (X - p[k + X0]) ** 2 + (Y - p[k + Y0]) ** 2
-        end = (X - p[k + X1]) ** 2 + (Y - p[k + Y1]) ** 2
-        if min(start, end) < best:
-            best, found, kind, at_end = min(start, end), k, CORNER, end < start
-    return found, kind, at_end
 
 
 @compiled
@@ -108,13 +90,47 @@ def arc_place(p, k, X, Y):
 
 
 @compiled
+def inner_place(p, k, X, Y):
+    """Nearest point of the line or circle of a piece, see `outline_place`."""
+    return straight_place(p, k, X, Y) if p[k + BEND] == 0.0 else arc_place(p, k, X, Y)
+
+
+@compiled
+def start_normal(p, k):
+    """Outward normal of a piece at its start, and sine of half the angle by which the outline bends outwards there."""
+    _, _, nx, ny, _, _, _ = inner_place(p, k, p[k + X0], p[k + Y0])
+    return nx, ny, p[k + START_NX] * ny - p[k + START_NY] * nx
+
+
+@compiled
+def nearest_place(p, first, count, X, Y):
+    """Nearest piece or end of a piece: its place in p, whether it is an end of it, and whether the last one."""
+    # To round-off an end is as near as feet beside it: it counts beyond both pieces, without a corner as their place.
+    best, found, is_end, at_end = math.inf, first, True, False
+    last = first + PIECE_SIZE * (count - 1)
+    before = foot_on_piece(p, last, X, Y)
+    for i in range(count):
+        k = first + PIECE_SIZE * i
+        square = foot_on_piece(p, k, X, Y)
+        if square < best:
+            best, found, is_end = square, k, False
+        joined = p[last + X1] == p[k + X0] and p[last + Y1] == p[k + Y0]
+        start, end = (X - p[k + X0]) ** 2 + (Y - p[k + Y0]) ** 2, (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
+        if start < best and square == math.inf and not (joined and before < math.inf):
+            _, _, sine = start_normal(p, k)
+            best, found, is_end, at_end = start, k, not joined or abs(sine) > 0.5 * SMOOTH, False
+        if end < best and before == math.inf and not joined:
+            best, found, is_end, at_end = end, last, True, True
+        last, before = k, square
+    return found, is_end, at_end
+
+
+@compiled
 def outline_place(p, first, count, X, Y):
     """Nearest point, outward normal, signed distance and curvature b/a of some pieces for a point (X, Y)."""
-    k, kind, at_end = nearest_place(p, first, count, X, Y)
-    if kind == STRAIGHT:
-        return straight_place(p, k, X, Y)
-    if kind == ARC:
-        return arc_place(p, k, X, Y)
+    k, is_end, at_end = nearest_place(p, first, count, X, Y)
+    if not is_end:
+        return inner_place(p, k, X, Y)
     x, y, mx, my = p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY]
     if at_end:
         x, y, mx, my = p[k + X1], p[k + Y1], p[k + END_NX], p[k + END_NY]
@@ -152,7 +168,6 @@ ROUND_IS_FIRST, MEETS_ROUNDS, ROUNDS, CHAIN, PIECES, FIRST_ROUND = range(1, 7)
 # Places in an arc of a round: centre and radius [m], outward normals at both ends, kind.
 ARC_X, ARC_Y, ARC_RADIUS, FROM_X, FROM_Y, TO_X, TO_Y, KIND, ARC_SIZE = range(9)
 GAP = 4  # place of the distance in the numbers of a place
-ROUNDING = 1e-12  # sine of an angle [1] by which sectors overlap
 SAME = 1e-6  # difference of distances, over the length for tolerances, up to which they are the same
 
 
@@ -166,15 +181,12 @@ def within(nx, ny, ax, ay, bx, by):
 def corner_place(p, k, X, Y):
     """Convex corner at the start of a piece, see `outline_place`; infinite distance outside its sector of normals."""
     ex, ey = X - p[k + X0], Y - p[k + Y0]
-    size = math.sqrt(ex * ex + ey * ey)
-    if p[k + BEND] == 0.0:
-        tx, ty = p[k + Y1] - p[k + Y0], p[k + X0] - p[k + X1]
-    else:
-        turn = 1.0 if p[k + BEND] > 0.0 else -1.0
-        tx, ty = turn * (p[k + X0] - p[k + ORIGIN_X]), turn * (p[k + Y0] - p[k + ORIGIN_Y])
-    mx, my, length = p[k + START_NX], p[k + START_NY], math.sqrt(tx * tx + ty * ty)
-    if mx * ty - my * tx <= ROUNDING * length or (mx * ex + my * ey) * length < (mx * tx + my * ty) * size:
+    size, mx, my = math.sqrt(ex * ex + ey * ey), p[k + START_NX], p[k + START_NY]
+    tx, ty, sine = start_normal(p, k)
+    if sine <= ROUNDING or abs(mx * ey - my * ex) * (mx * tx + my * ty) > sine * (mx * ex + my * ey):
         return 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0
+    if sine <= 0.5 * SMOOTH:
+        return inner_place(p, k, X, Y)
     if size == 0.0:
         return p[k + X0], p[k + Y0], mx, my, 0.0, 0.0, 1.0
     return p[k + X0], p[k + Y0], ex / size, ey / size, size, 0.0, 1.0
@@ -185,7 +197,7 @@ def side_place(p, k, X, Y, radius):
     """Inside of a piece, see `outline_place`; infinite distance beyond its ends, or where the radius does not fit."""
     if foot_on_piece(p, k, X, Y) == math.inf or -radius <= p[k + BEND] < 0.0:
         return 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0
-    return straight_place(p, k, X, Y) if p[k + BEND] == 0.0 else arc_place(p, k, X, Y)
+    return inner_place(p, k, X, Y)
 
 
 @compiled
@@ -436,19 +448,14 @@ class OutlineOnOutline(Part):
         try:
             self.normal.parameters()
         except InputError as error:
-            text = f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii,"
-            text += " which corners have not."
-            raise InputError(
-                f"{text} Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
-            ) from error
+            text = f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii, which corners have"
+            raise InputError(f"{text} not. Give one with a stiffness, e.g. HuntCrossley or KelvinVoigt.") from error
         rounds_of = [(name, chains) for name, _, _, chains in self._contacts()]
         labels = [_label(name, side, chains) for name, chains in rounds_of for side, _ in enumerate(chains, 1)]
         check_names(self, labels)
         if (count := len(labels)) > MOST_CONTACTS:
-            raise InputError(
-                f"{self.label}: the outlines have {count} contacts, more than {MOST_CONTACTS}. Draw curved sides as "
-                "arcs (bulges, Outline.from_curve) in place of many short lines, or leave out what never touches."
-            )
+            text = f"{self.label}: the outlines have {count} contacts, more than {MOST_CONTACTS}. Draw curved sides as"
+            raise InputError(f"{text} arcs (bulges, Outline.from_curve), not lines, or leave out what never touches.")
 
     @property
     def half_height(self) -> float:
@@ -478,23 +485,27 @@ class OutlineOnOutline(Part):
         """Refuse outlines that overlap."""
         super().validate(mechanism)
         one, two = self.first_outline.polygon, self.second_outline.polygon
-        size = min(self.first_outline.size, self.second_outline.size)
+        least = -TOLERANCE_LENGTH * min(self.first_outline.size, self.second_outline.size)
         depth, place = min(
             (signed_distance(polygon, point), tuple(point)) for polygon, points in ((one, two), (two, one))
             for point in points
         )  # fmt: skip
-        if depth >= -TOLERANCE_LENGTH * size:
-            found = meeting(one, two, TOLERANCE_LENGTH * size)
-            if found is None:
+        crossed = meeting(one, two, -least)
+        if depth >= least and crossed is None:
+            return
+        if least - self.first_outline.flatness - self.second_outline.flatness <= depth < 0.0:  # of chords; of the arcs:
+            depth, out = math.inf, np.empty(GAP_SIZE)
+            q = np.array([z for node in carriers(mechanism, self)[0] for z in (node.x, node.y, node.theta)])
+            for piece in self.contributions(mechanism):
+                piece.gap(np.array(piece.p), q, np.zeros(6), out)
+                depth = min(depth, float(out[0]))
+            if depth >= least:
                 return
-            place = found
-        text = f" by {-depth:.4g} m" if depth < -TOLERANCE_LENGTH * size else ""
-        raise ModelError(
-            f"{self.label}: the outlines overlap{text} near ({place[0]:.6g}, {place[1]:.6g}) m in the reference "
-            "configuration. Move one of the bodies; both outlines are given in the reference configuration."
-        )
+        deep, (x, y) = (f" by {-depth:.4g} m", place) if depth < least else ("", crossed or place)
+        text = f"{self.label}: the outlines overlap{deep} near ({x:.6g}, {y:.6g}) m in the reference configuration."
+        raise ModelError(f"{text} Move one of the bodies; both outlines are given in the reference configuration.")
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[ContactContribution]:
         """One contact of each round with each chain."""
         nodes, coordinates = carriers(mechanism, self)
         owner_is_first = _is_round(self.first_outline) and not _is_round(self.second_outline)
@@ -506,7 +517,7 @@ class OutlineOnOutline(Part):
             turning = [number for arc in arcs for number in _arc_numbers(arc, own)]
             pieces = [piece_numbers(outline, k, seen) for k in range(len(outline.points))]
             for side, chain in enumerate(chains, 1):
-                order = [*chain, *(k for k in range(len(pieces)) if k not in chain)]
+                order = [(chain[0] + k) % len(pieces) for k in range(len(pieces))]
                 flags = float(is_first), float(is_first == owner_is_first)
                 counts = float(len(arcs)), float(len(chain)), float(len(pieces))
                 p = (TOLERANCE_LENGTH * size, *flags, *counts, *turning, *(x for k in order for x in pieces[k]))

@@ -202,10 +202,9 @@ class Stop(Part):
         for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
             limit = getattr(self, name)
             if limit is not None and sign * limit < 0.0:
-                raise InputError(
-                    f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration. Give "
-                    f"{name} {'>=' if sign > 0.0 else '<='} 0, or draw the mechanism within its limits."
-                )
+                text = f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration."
+                side = ">=" if sign > 0.0 else "<="
+                raise InputError(f"{text} Give {name} {side} 0, or draw the mechanism within its limits.")
         if self.above is not None and self.below is not None and self.above <= self.below:
             raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
 

@@ -187,6 +187,8 @@ class SpectrumPanel extends PlotPanel {
       this.update();
     });
     this.picks.append(this.choice.select);
+    this.told = element("span", { class: "hint" });
+    this.picks.append(this.told);
   }
 
   update() {
@@ -197,36 +199,62 @@ class SpectrumPanel extends PlotPanel {
     this.choice.fill(run.known);
     const lines = this.runs.map(({ run: one, dash }) => {
       const y = one.curve(this.names[0]);
-      return y && { ...amplitudes(one.times, y), style: () => colour(dash ? "muted" : "series-0"), width: dash ? 0.9 : 1.3, dash };
+      return y && y.length > 3 && { ...amplitudes(one.times, y), style: () => colour(dash ? "muted" : "series-0"), width: dash ? 0.9 : 1.3, dash };
     }).filter(Boolean);
+    const odd = lines.some((line) => !line.even);
+    this.told.textContent = odd ? "Instants are not evenly spaced: values between them by straight lines lower high frequencies." : "";
     this.plot.show([], lines, ["frequency", `log10 |${this.names[0]}|`], ["Hz", run.unit(this.names[0])]);
   }
 }
 
-// Frequencies [Hz] and decimal logarithms of amplitudes of a curve, sampled evenly.
+// Frequencies [Hz] below that of Nyquist and decimal logarithms of amplitudes of a curve, by its samples but the last one,
+// where a period begins anew or a run ended between two instants. Samples at odd times are read off at even ones.
 function amplitudes(times, curve) {
-  const n = 2 ** Math.max(3, Math.floor(Math.log2(curve.length)));
-  const [t0, t1] = [times[0], times[times.length - 1]];
-  const [re, im] = [new Float64Array(n), new Float64Array(n)];
+  const n = curve.length - 1;
+  const [t0, step] = [times[0], (times[n - 1] - times[0]) / (n - 1)];
+  const even = times.every((t, k) => k === n || Math.abs(t - t0 - k * step) <= 0.01 * step);
+  const samples = even ? Float64Array.from(curve).subarray(0, n) : readOff(times, curve, n);
+  const mean = samples.reduce((sum, value) => sum + value, 0) / n;
+  const window = (k) => 1 - Math.cos((2 * Math.PI * k) / n); // twice Hann's
+  const sizes = transformed(samples.map((value, k) => (value - mean) * window(k))).map((size) => (2 / n) * size);
+  const floor = 1e-8 * Math.max(...sizes) || 1e-300;
+  const span = even ? n * step : times[n] - t0;
+  return { x: sizes.map((_, k) => (k + 1) / span), y: sizes.map((size) => Math.log10(Math.max(size, floor))), even };
+}
+
+// A curve at n even times by straight lines, which lower high frequencies.
+function readOff(times, curve, n) {
   let place = 0;
-  for (let k = 0; k < n; k += 1) {
-    const t = t0 + ((t1 - t0) * k) / n;
+  return Float64Array.from({ length: n }, (_, k) => {
+    const t = times[0] + ((times[n] - times[0]) * k) / n;
     while (place + 2 < times.length && times[place + 1] < t) {
       place += 1;
     }
     const span = times[place + 1] - times[place];
     const share = span > 0 ? (t - times[place]) / span : 0;
-    re[k] = curve[place] + share * (curve[place + 1] - curve[place]);
+    return curve[place] + share * (curve[place + 1] - curve[place]);
+  });
+}
+
+// Absolute values of the Fourier transform of n real numbers, of the lines k with 0 < k < n / 2. With 2 j k = j^2 + k^2 -
+// (k - j)^2 it is a convolution (L. I. Bluestein, IEEE Trans. Audio Electroacoustics 18 (1970) 451).
+function transformed(values) {
+  const n = values.length;
+  const m = 2 ** Math.ceil(Math.log2(2 * n));
+  const [re, im, chirp, other] = [0, 0, 0, 0].map(() => new Float64Array(m));
+  for (let k = 0; k < n; k += 1) {
+    const angle = (Math.PI * ((k * k) % (2 * n))) / n;
+    [re[k], im[k]] = [values[k] * Math.cos(angle), -values[k] * Math.sin(angle)];
+    chirp[k] = chirp[(m - k) % m] = Math.cos(angle);
+    other[k] = other[(m - k) % m] = Math.sin(angle);
   }
-  const mean = re.reduce((sum, value) => sum + value, 0) / n;
-  re.forEach((value, k) => { re[k] = (value - mean) * (1 - Math.cos((2 * Math.PI * k) / n)); }); // twice Hann's window
   transform(re, im);
-  const half = n / 2;
-  const size = (k) => (2 / n) * Math.hypot(re[k], im[k]);
-  const largest = Math.max(...Array.from({ length: half }, (_, k) => size(k)));
-  const floor = 1e-8 * largest || 1e-300;
-  const x = Float64Array.from({ length: half - 1 }, (_, k) => (k + 1) / (t1 - t0));
-  return { x, y: Float64Array.from({ length: half - 1 }, (_, k) => Math.log10(Math.max(size(k + 1), floor))) };
+  transform(chirp, other);
+  for (let k = 0; k < m; k += 1) { // conjugates: the way back is the same transform
+    [re[k], im[k]] = [re[k] * chirp[k] - im[k] * other[k], -re[k] * other[k] - im[k] * chirp[k]];
+  }
+  transform(re, im);
+  return Float64Array.from({ length: Math.max(0, Math.ceil(n / 2) - 1) }, (_, k) => Math.hypot(re[k + 1], im[k + 1]) / m);
 }
 
 // Fourier transform in place, of 2^m complex numbers.
