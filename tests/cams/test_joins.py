@@ -68,14 +68,16 @@ def contacts(cls, outline, centre):
     mech = fm.Mechanism("pair", [body, part])
     pieces = [(piece.gap.dispatcher, np.array(piece.p)) for piece in part.contributions(mech)]
 
-    def at(x, y):
+    def every(x, y):
         found, q = [], np.array([0.0, 0.0, 0.0, x, y, 0.0])
         for kernel, p in pieces:
             out = np.zeros(GAP_SIZE)
             kernel(p, q, np.zeros(6), out)
             found.append(out)
-        return min(found, key=lambda one: one[places.GAP])
+        return found
 
+    at = lambda x, y: min(every(x, y), key=lambda one: one[places.GAP])  # noqa: E731
+    at.every = every
     return at
 
 
@@ -118,6 +120,29 @@ def test_corners_stay_corners():
         out = at(lift * math.sin(0.15) + way, lift * math.cos(0.15))
         assert out[places.GAP] == pytest.approx(0.0, abs=1e-9)
         assert abs(out[places.NORMAL_X_Q + 3]) < 1e-12
+
+
+ELL = fm.cams.Outline(((0.0, 0.0), (1.0, 0.0), (1.0, 0.3), (0.3, 0.3), (0.3, 1.0), (0.0, 1.0)))
+
+
+@pytest.mark.parametrize("way", [-0.01, -1e-3, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-3, 0.01])
+def test_one_side_carries_where_two_chains_meet_away_from_the_hollow_corner(way):
+    """An L has one hollow corner; both its chains end at a point where a disc had twice its force, 1e-5 m deep."""
+    far = max(ELL.points, key=lambda point: math.dist(point, (0.3, 0.3)))
+    inwards = np.sign(np.array((0.5, 0.5)) - far)
+    depth, along = 1e-5, np.abs(way)
+    for axis in range(2):  # on both edges that meet there, and in the sector of the corner
+        centre = np.array(far)
+        if way >= 0.0:
+            centre[axis] += along * inwards[axis]
+            centre[1 - axis] -= (RADIUS - depth) * inwards[1 - axis]
+        else:
+            angle = 0.25 * math.pi * (1.0 - along)
+            turned = np.array((math.cos(angle), math.sin(angle)))[:: 1 - 2 * axis]
+            centre -= (RADIUS - depth) * inwards * turned
+        gaps = [out[places.GAP] for out in contacts(fm.cams.OutlineContact, ELL, (2.0, 2.0)).every(*centre)]
+        assert min(gaps) == pytest.approx(-depth, rel=1e-6)
+        assert max(gaps) > 0.0
 
 
 @pytest.mark.parametrize("start", [0.0, 0.001, 0.01, 0.05])

@@ -39,8 +39,8 @@ from flexmb.parts.contact.friction import Frictionless
 # Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
 # extent of the chain, number of pieces, first piece.
 SCALE, CENTRE_X, CENTRE_Y, RADIUS, EXTENT, COUNT, FIRST_PIECE = range(7)
-# Extents: the whole outline; a part of the outline; a part whose first point belongs to the part before.
-WHOLE, PART, PART_WITHOUT_START = 0.0, 1.0, 2.0
+# Extents: the whole outline; a part between hollow corners; two parts that meet elsewhere, the first with that point.
+WHOLE, PART, PART_WITHOUT_START, PART_WITH_END = 0.0, 1.0, 2.0, 3.0
 # Places in a piece: ends [m], centre [m], radius [m] (0: straight, < 0: hollow), mean outward normals at both ends.
 X0, Y0, X1, Y1, ORIGIN_X, ORIGIN_Y, BEND, START_NX, START_NY, END_NX, END_NY, PIECE_SIZE = range(12)
 ROUNDING = 1e-12  # way beyond the end of a piece, over its length or radius, and sine of an angle [1] that are none
@@ -142,6 +142,19 @@ def outline_place(p, first, count, X, Y):
     return x, y, mx, my, away, 0.0, 1.0
 
 
+@compiled
+def is_of_other(p, count, x, y, X, Y):
+    """Whether (x, y) is the point where two chains meet without a hollow corner, and the other one meets (X, Y)."""
+    if p[EXTENT] == PART_WITHOUT_START:
+        return x == p[FIRST_PIECE + X0] and y == p[FIRST_PIECE + Y0]
+    k = FIRST_PIECE + PIECE_SIZE * (count - 1)
+    _, _, nx, ny, _, _, _ = inner_place(p, k, p[k + X1], p[k + Y1])
+    mx, my = p[k + END_NX], p[k + END_NY]
+    twice = 2.0 * (mx * nx + my * ny)  # the normals of both pieces lie on either side of their mean
+    beyond = (twice * mx - nx) * (Y - y) - (twice * my - ny) * (X - x) >= -ROUNDING * p[RADIUS]
+    return p[EXTENT] == PART_WITH_END and beyond and x == p[k + X1] and y == p[k + Y1]
+
+
 @gap_kernel
 def outline_gap_kernel(p, q, v, out):
     """Distance of a circle from a chain of straight lines and arcs."""
@@ -149,11 +162,11 @@ def outline_gap_kernel(p, q, v, out):
     X, Y = q[3] + c * p[CENTRE_X] - s * p[CENTRE_Y], q[4] + s * p[CENTRE_X] + c * p[CENTRE_Y]
     c, s = math.cos(q[2]), math.sin(q[2])
     ex, ey = X - q[0], Y - q[1]
-    x, y, mx, my, away, a, b = outline_place(p, FIRST_PIECE, int(p[COUNT]), c * ex + s * ey, -s * ex + c * ey)
-    radius = p[RADIUS]
+    own_x, own_y, radius, count = c * ex + s * ey, -s * ex + c * ey, p[RADIUS], int(p[COUNT])
+    x, y, mx, my, away, a, b = outline_place(p, FIRST_PIECE, count, own_x, own_y)
     if p[EXTENT] > WHOLE and away < 0.0:  # the chain is seen from behind, through the body
         mx, my, away, b, radius = -mx, -my, -away, -b, 0.0
-    elif p[EXTENT] == PART_WITHOUT_START and a == 0.0 and x == p[FIRST_PIECE + X0] and y == p[FIRST_PIECE + Y0]:
+    elif a == 0.0 and is_of_other(p, count, x, y, own_x, own_y):
         radius = 0.0
     nx, ny = c * mx - s * my, s * mx + c * my
     X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
@@ -356,7 +369,8 @@ class OutlineContact(Part):
         hollow, normal = self.outline.hollow_corners(), self.normal.for_radii(math.inf, self.circle.radius)
         found = []
         for number, chain in enumerate(chains, 1):
-            extent = PART if chain[0] in hollow else (PART_WITHOUT_START if hollow else WHOLE)
+            start, end = chain[0] in hollow, (chain[-1] + 1) % len(self.outline.points) in hollow
+            extent = WHOLE if not hollow else PART_WITHOUT_START if not start else PART if end else PART_WITH_END
             pieces = [x for k in chain for x in piece_numbers(self.outline, k, nodes[0])]
             p = (*head, extent, float(len(chain)), *pieces)
             side = f"side{number}" if hollow else ""
