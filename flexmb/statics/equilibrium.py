@@ -204,8 +204,6 @@ LARGEST_STRIDE = 0.5  # largest movement in a stride [rad, or relative to the si
 INDEPENDENCE = 1e-14  # diagonal beside rows of constraints of length 1, which keeps apart rows that repeat others
 ROUND_OFF = 1e-15  # force of springs without load relative to their stiffness times the size of the mechanism
 REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]
-
-
 # Coordinates (n_q,), multipliers (n_c,), number of iterations, first correction (n_q,).
 Solved = tuple[np.ndarray, np.ndarray, int, np.ndarray]
 
@@ -346,8 +344,7 @@ def static_equilibrium(
     system = StateEvaluation(program)
     check_spin("static_equilibrium", mechanism, program, system.at(program.reference.q), full)
     q, lam, total, stable = settled(mechanism, program, system, load_steps, full)
-    full.at(system, q, lam)
-    forces, names = reactions(program, system, lam), program.names
+    forces, names = reactions(program, full.at(system, q, lam), lam), program.names
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
 
 
@@ -362,12 +359,15 @@ def settled(
         K = full.matrices(system, q, lam)[0] if turning else system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
         return is_stable(program, K, system.jacobian)
 
+    def moved() -> Solved | None:
+        there = relax(program, system, reference, full)
+        return None if there is None or unresisted(program, system, *there[:2]) else there
+
     early = not turning and stability(reference, balancing(program, system, reference, full)) is False
-    moved = relax(program, system, reference, full) if early else None
-    found = moved or at_rest(mechanism, program, system, load_steps, full)
+    found = (moved() if early else None) or at_rest(mechanism, program, system, load_steps, full)
     stable = stability(*found[:2])
     if stable is False and not early and not turning:
-        found = relax(program, system, reference, full) or found
+        found = moved() or found
         stable = stability(*found[:2])
     return *found[:3], stable
 
@@ -473,9 +473,8 @@ def _newton(
 
 
 def _against_tangents(
-    program: Program, system: StateEvaluation, q: np.ndarray, found: Solved,
-    held: np.ndarray, spin: Spin,
-) -> tuple[float, float, float]:  # fmt: skip
+    program: Program, system: StateEvaluation, q: np.ndarray, found: Solved, held: np.ndarray, spin: Spin
+) -> tuple[float, float, float]:
     """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through."""
     # The system is evaluated at the start of the step. Towards a limit point the distances by the tangents grow; only a
     # snap-through is longer than both. Where a stop begins to carry, or ceases to, it is judged by the longer one.

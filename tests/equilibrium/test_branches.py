@@ -107,3 +107,16 @@ def test_a_load_on_a_trolley_hangs_straight_down(tilt):
     squares = np.linalg.eigvals(np.diag([0.5, 1.0]) @ np.array([[109.81, -9.81], [-9.81, 9.81]]))
     frequencies = np.sort(np.sqrt(squares)) / (2.0 * math.pi)
     assert fm.modes(mechanism, at=found).frequencies == pytest.approx(frequencies, rel=1e-6)
+
+
+def test_a_free_trolley_under_a_falling_rod_is_refused():
+    """The rod would come to rest hanging, but nothing holds the trolley anywhere."""
+    trolley = fm.RigidBody("trolley", at=(0.0, 0.0), mass=2.0, inertia=0.1)
+    rod = fm.RigidLink("rod", (0.0, 0.0), (math.sin(0.1), math.cos(0.1)), mass=1.0, inertia=0.1)
+    parts = [
+        fm.Prismatic("rail", fm.GROUND, trolley, along=(1.0, 0.0)),
+        fm.Revolute("pin", trolley, rod, at=(0.0, 0.0)),
+        fm.TorsionSpring("spring", trolley, rod, stiffness=1.0),
+    ]
+    with pytest.raises(fm.errors.SolveError, match="resisted by nothing"):
+        fm.static_equilibrium(fm.Mechanism("free", [trolley, rod, *parts], gravity=(0.0, -9.81)))
