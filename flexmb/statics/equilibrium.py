@@ -229,8 +229,9 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
         found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
         if found is None:
             eta *= 4.0
-            if eta > 1e12 * unit or moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF)):
-                return None  # the latter: at rest where less viscosity does not hold it
+            still = moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF))
+            if eta > 1e12 * unit or (still and stability(program, system, q, lam, spin) is False):
+                return None
             continue
         before, moved = moved, float(np.abs((found[0] - q) / size).max())
         q, lam = found
@@ -238,6 +239,14 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
             return _newton(program, system, q, lam, np.zeros(n), spin)
         eta = max(eta / 3.0, 1e-14 * unit)
     return None
+
+
+def stability(
+    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, spin: Spin
+) -> bool | None:  # fmt: skip
+    """Whether a pose is stable, as of `is_stable`."""
+    K = spin.matrices(system, q, lam)[0] if spin.speed else system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
+    return is_stable(program, K, system.jacobian)
 
 
 def balancing(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> np.ndarray:
@@ -353,22 +362,19 @@ def settled(
 ) -> tuple[np.ndarray, np.ndarray, int, bool | None]:
     """Equilibrium as of `at_rest`, or to which loads move a mechanism from an unstable pose; whether it is stable."""
     # An unstable pose may lie on a branch that growing loads do not reach: those of a bent column go to one side.
-    reference, turning = np.array(program.reference.q), full.speed != 0.0
-
-    def stability(q: np.ndarray, lam: np.ndarray) -> bool | None:
-        K = full.matrices(system, q, lam)[0] if turning else system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
-        return is_stable(program, K, system.jacobian)
+    reference = np.array(program.reference.q)
 
     def moved() -> Solved | None:
         there = relax(program, system, reference, full)
         return None if there is None or unresisted(program, system, *there[:2]) else there
 
-    early = not turning and stability(reference, balancing(program, system, reference, full)) is False
+    lam = balancing(program, system, reference, full)
+    early = not full.speed and stability(program, system, reference, lam, full) is False
     found = (moved() if early else None) or at_rest(mechanism, program, system, load_steps, full)
-    stable = stability(*found[:2])
-    if stable is False and not early and not turning:
+    stable = stability(program, system, *found[:2], full)
+    if stable is False and not early and not full.speed:
         found = moved() or found
-        stable = stability(*found[:2])
+        stable = stability(program, system, *found[:2], full)
     return *found[:3], stable
 
 

@@ -160,3 +160,17 @@ def test_a_disc_rests_at_the_bottom_of_a_hollow(cls, start):
     assert found["disc.x"] == pytest.approx(0.0, abs=1e-9)
     assert found.stable
     assert fm.modes(mech, at=found).frequencies[0] == pytest.approx(BOTTOM, rel=2e-4)  # 3e-5 m deep
+
+
+@pytest.mark.parametrize("first", ["box", "disc"])
+@pytest.mark.parametrize("inside", [-1e-5, -1e-7, 0.0, 1e-7, 5e-6, 9e-6, 2e-5])
+def test_a_disc_beside_the_edge_of_a_box_rests_on_its_top(first, inside):
+    """1 kg on 1e6 N/m: m g/k deep, also where the side is nearer than that; it fell through there."""
+    box, centre = fm.cams.Outline(((-1.0, -1.0), (0.0, -1.0), (0.0, 0.0), (-1.0, 0.0))), (-inside, RADIUS + 1e-6)
+    body = fm.RigidBody("disc", at=centre, mass=1.0, inertia=0.005)
+    sides = [(fm.GROUND, box), (body, disc(centre))][:: 1 if first == "box" else -1]
+    pair = fm.cams.OutlineOnOutline("pair", *sides[0], *sides[1], normal=LAW)
+    guide = fm.Prismatic("guide", fm.GROUND, body, along=(0.0, 1.0))
+    found = fm.static_equilibrium(fm.Mechanism("box", [body, pair, guide], gravity=(0.0, -G)))
+    near = RADIUS - G / 1e6
+    assert found["disc.y"] == pytest.approx(math.sqrt(near**2 - min(inside, 0.0) ** 2), abs=1e-7 * near)

@@ -148,3 +148,18 @@ def test_a_drive_of_another_speed_is_not_steady():
 def test_spin_is_a_number(spin):
     with pytest.raises(InputError, match="static_equilibrium: spin is"):
         fm.static_equilibrium(hub(), spin=spin)
+
+
+@pytest.mark.parametrize("law", [fm.contact.Hertz(stiffness=1e4), fm.HuntCrossley(1e4, restitution=0.9)])
+def test_link_is_pressed_on_its_stop_by_its_own_rotation(law):
+    """A hinged link on a hub: moment of m W^2 r about the hinge against k x^1.5 of the stop, whatever its damping."""
+    disc = fm.RigidBody("hub", at=(0.0, 0.0), mass=1.0, inertia=0.01)
+    link = fm.RigidLink("link", (0.2, 0.0), (0.5, 0.05), mass=0.5, inertia=1e-3)
+    parts = [fm.Revolute("O", fm.GROUND, disc, at=(0.0, 0.0)), fm.Revolute("A", disc, link, at=(0.2, 0.0))]
+    motor, stop = fm.Drive("motor", "O", fm.ConstantSpeed(30.0)), fm.Stop("stop", "A", below=-0.05, normal=law)
+    found = fm.static_equilibrium(fm.Mechanism("pressed", [disc, link, *parts, motor, stop]), spin=30.0)
+    turned = found["link.theta"] - math.atan2(0.05, 0.3)  # of the joint; the stop acts below -0.05 rad
+    x, y = found["link.x"], found["link.y"]
+    moment = 0.5 * 30.0**2 * ((x - 0.2) * y - y * x)
+    assert moment + 1e4 * (-0.05 - turned) ** 1.5 == pytest.approx(0.0, abs=1e-8 * abs(moment))
+    assert found.stable

@@ -236,7 +236,11 @@ def counts(p, first, place, radius, X, Y):
     if b > 0.0 and p[MEETS_ROUNDS] == 0.0:
         return False
     _, _, _, _, depth, _, _ = outline_place(p, first, int(p[PIECES]), X - radius * nx, Y - radius * ny)
-    return depth < 0.0 and (a == 0.0 or radius - away <= SAME * p[SCALE] - depth)
+    if depth < 0.0 and (a == 0.0 or radius - away <= SAME * p[SCALE] - depth):
+        return True
+    # beside a corner the point is nearer to the next side, but the centre outside knows where it touches
+    _, _, _, _, near, _, _ = outline_place(p, first, int(p[PIECES]), X, Y)
+    return near > 0.0 and abs(away - near) <= SAME * p[SCALE]
 
 
 @compiled
