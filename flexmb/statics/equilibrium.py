@@ -231,7 +231,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
             eta *= 4.0
             still = moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF))
             if eta > 1e12 * unit or (still and stability(program, system, q, lam, spin) is False):
-                return None
+                return None  # the latter: on a saddle, as a straight column
             continue
         before, moved = moved, float(np.abs((found[0] - q) / size).max())
         q, lam = found
@@ -241,10 +241,8 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     return None
 
 
-def stability(
-    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, spin: Spin
-) -> bool | None:  # fmt: skip
-    """Whether a pose is stable, as of `is_stable`."""
+def stability(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, spin: Spin) -> bool | None:
+    """Stability of a pose, as of `is_stable`."""
     K = spin.matrices(system, q, lam)[0] if spin.speed else system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
     return is_stable(program, K, system.jacobian)
 

@@ -341,9 +341,10 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     program = _program_of(mechanism, at)
     system = StateEvaluation(program)
     q, lam = (close_loops(program, {})[0], np.zeros(program.n_c)) if at is None else (at.q, at.lam)
-    D = system.at(q, lam=lam, weights=(0.0, 1.0, 0.0)).block()  # without speed all of C is damping
+    gyroscopic = spin.speed and not damped
+    D = system.at(q, lam=lam, weights=(0.0, 1.0, 0.0)).block() if gyroscopic else 0.0  # at rest all of C is damping
     K, C, M = spin.matrices(system, q, lam)
-    C = C if damped else 0.5 * ((C - D) - (C - D).T)  # gyroscopic forces do no work
+    C = 0.5 * ((C - D) - (C - D).T) if gyroscopic else C  # gyroscopic forces do no work
     G = system.jacobian
     left_out = equilibrium.open_contacts(system) if at is not None else equilibrium.unpaired(mechanism)
     equilibrium.check_spin("modes", mechanism, program, system, spin)

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb import checks
+from flexmb import places as at
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, record
 from flexmb.kernels import GAP_SIZE, compiled, gap_kernel
@@ -516,7 +517,7 @@ class OutlineOnOutline(Part):
             q = np.array([z for node in carriers(mechanism, self)[0] for z in (node.x, node.y, node.theta)])
             for piece in self.contributions(mechanism):
                 piece.gap(np.array(piece.p), q, np.zeros(6), out)
-                depth = min(depth, float(out[0]))
+                depth = min(depth, float(out[at.GAP]))
             if depth >= least:
                 return
         deep, (x, y) = (f" by {-depth:.4g} m", place) if depth < least else ("", crossed or place)
