@@ -330,7 +330,7 @@ def test_a_failing_model_is_told_as_text(tab_of):
         tab.locator("#knob-speed").fill("200")
         tab.locator("#knob-speed").press("Enter")
         tab.wait_for_selector("#fault", state="hidden")
-        tab.wait_for_function("flexmbLive.run.values.speed === 200")
+        until(tab, "flexmbLive.run.values.speed === 200")
         tab.context.close()
 
 
