@@ -347,6 +347,9 @@ def test_a_diagram_paints_and_a_click_opens_its_run(tab_of, crank_page):
     panel.get_by_label("from", exact=True).fill("1909.8593171027441 rpm")  # 200 rad/s
     panel.get_by_role("button", name="Paint").click()
     panel.get_by_text("opens its run").wait_for(timeout=60_000)
+    # What is found in the run moves the panels below it when it comes.
+    until(tab, "flexmbLive.findings && flexmbLive.findings.number === flexmbLive.run.number")
+    tab.wait_for_timeout(50)
     spot = tab.evaluate(
         "(() => { const p = flexmbLive.panels.find((one) => one.kind === 'diagram').panel;"
         " return p.plot.screen(p.x[p.x.length - 1], p.y[p.y.length - 1]); })()"
