@@ -30,8 +30,7 @@ def relative(p, q, v):
     """
     ax, ay, bx, by, ex, ey = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     spin = 0.5 * (v[2] + v[5])
-    ux = v[3] - by * v[5] - v[0] + ay * v[2] + spin * ey
-    uy = v[4] + bx * v[5] - v[1] - ax * v[2] - spin * ex
+    ux, uy = v[3] - by * v[5] - v[0] + ay * v[2] + spin * ey, v[4] + bx * v[5] - v[1] - ax * v[2] - spin * ex
     size = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / size, ey / size) if size > 0.0 else (1.0, 0.0)
     return ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny

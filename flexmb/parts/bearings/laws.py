@@ -76,25 +76,18 @@ class ClosedFilm(Film):
     _: KW_ONLY
     cavitation: str = field(
         '"positive": the film is where its pressure is positive; "half": from the widest to the narrowest gap, also '
-        'with squeeze, as often published; "none": all round',
-        rule=one_of(*EXTENTS),
-        default="positive",
-    )
+        'with squeeze, as often published; "none": all round', rule=one_of(*EXTENTS), default="positive",
+    )  # fmt: skip
 
     @property
     def extent(self) -> float:
         return EXTENTS[self.cavitation]
 
     def pressures(
-        self,
-        radius: float,
-        clearance: float,
-        motion: tuple[float, float, float],
-        theta: np.ndarray,
+        self, radius: float, clearance: float, motion: tuple[float, float, float], theta: np.ndarray,
         widest: float,  # noqa: ARG002 - asked by others
-    ) -> np.ndarray:
-        found = film.pressures(self.kind, self.extent, *motion, theta)
-        return self.scales(radius, clearance)[PRESSURE] * found
+    ) -> np.ndarray:  # fmt: skip
+        return self.scales(radius, clearance)[PRESSURE] * film.pressures(self.kind, self.extent, *motion, theta)
 
 
 @record
@@ -191,10 +184,8 @@ class FiniteBearing(Film):
     )
     grooves: Sequence[float] = field(
         "directions of axial grooves in the frame of the bearing's body, which supply the oil in place of `supply`",
-        "rad",
-        several(number, "angles"),
-        default=(),
-    )
+        "rad", several(number, "angles"), default=(),
+    )  # fmt: skip
     groove_width: float = field("angle that a groove takes", "rad", between(0.0, math.pi), default=math.pi / 9.0)
 
     kind = film.TABLE

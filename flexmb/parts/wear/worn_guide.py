@@ -23,8 +23,7 @@ from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
-from flexmb.parts.joints.pin_slot import PinSlotClearance
-from flexmb.parts.joints.prismatic import CORNERS, PrismaticClearance
+from flexmb.parts.joints.prismatic import CORNERS, PinSlotClearance, PrismaticClearance
 from flexmb.parts.wear.worn_joint import Wear, WornJoint
 
 (PLAY, HALF, RADIUS, SIDE, ALONG_X, ALONG_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, STEP, STEEPEST, DEEPEST,
