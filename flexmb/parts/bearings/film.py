@@ -19,8 +19,7 @@ import scipy.linalg
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled
 
-# Kinds of films, as parameters of the kernels hold them.
-SHORT, LONG, TABLE, PADS = 0.0, 1.0, 2.0, 3.0
+SHORT, LONG, TABLE, PADS = 0.0, 1.0, 2.0, 3.0  # kinds of films, as parameters of the kernels hold them
 TABLE_BEGIN = 13  # number of parameters before those of a table
 # Extents of a film: where its pressure is positive; from the widest to the narrowest gap in the sense of the spin
 # beside the line of centres, whatever the squeeze; all round.
@@ -165,12 +164,9 @@ def pressures(kind: float, extent: float, eps: float, a: float, b: float, theta:
 # a linear complementarity problem. Its forces are homogeneous in (a, b), so with s = sqrt(1 - eps^2) they are a size,
 # hypot(a, s b), times a function of the eccentricity and of beta = atan2(a, s b): squeeze counts more in a narrow gap.
 
-# Number of cells around the bearing and on half of its width.
-CELLS, LAYERS = 96, 12
-# Number of values of -log(1 - eps) and of beta in a table.
-ECCENTRICITIES, ANGLES = 26, 48
-# Least film over the clearance in a table.
-THINNEST = 1e-3
+CELLS, LAYERS = 96, 12  # number of cells around the bearing and on half of its width
+ECCENTRICITIES, ANGLES = 26, 48  # number of values of -log(1 - eps) and of beta in a table
+THINNEST = 1e-3  # least film over the clearance in a table
 LEVEL = -math.log(THINNEST) / (ECCENTRICITIES - 1)  # step of -log(1 - eps)
 ROUND_OFF = 1e-13  # source over the largest one that is none
 COARSEST = 12  # number of cells around from which the part of the film with P > 0 is found by itself

@@ -148,8 +148,7 @@ class LongBearing(ClosedFilm):
 
 
 WIDEST, EVERYWHERE = "widest", "everywhere"
-# Least angle of film between two grooves [rad].
-NARROWEST = math.pi / 18.0
+NARROWEST = math.pi / 18.0  # least angle of film between two grooves [rad]
 
 
 @record
@@ -260,10 +259,8 @@ class Oiled(Part):
         return self.clearance - self.roughness
 
 
-# Temperatures between which Walther's law is asked [degC].
-COLDEST, HOTTEST = -60.0, 250.0
-# Kinematic viscosity [mm^2/s] from which Walther's double logarithm exists.
-THINNEST_OIL = 0.3
+COLDEST, HOTTEST = -60.0, 250.0  # temperatures between which Walther's law is asked [degC]
+THINNEST_OIL = 0.3  # kinematic viscosity [mm^2/s] from which Walther's double logarithm exists
 ABSOLUTE = 273.15  # temperature of 0 degC [K]
 
 

@@ -41,12 +41,8 @@ SERIES_FROM = 0.75  # coefficient of restitution [1] from which the exact chi is
 
 @lru_cache(256)  # a sweep asks for the same one again and again
 def delivered_restitution(chi: float) -> float:
-    """Coefficient of restitution e of a free impact with the factor (1 + `chi` depth_rate/approach); to round-off.
-
-    Notes
-    -----
-    chi >= 0.  chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
-    """
+    """Coefficient of restitution e of a free impact with the factor (1 + `chi` depth_rate/approach); to round-off."""
+    # chi >= 0: chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
     if chi < SMALL_CHI:
         return _newton(lambda e: _series(chi, e), 1.0 - 2.0 * chi / 3.0)
     want = chi - math.log1p(chi)  # phi(chi) = u + exp(-u) - 1 with u = -ln(1 - chi e)
@@ -55,13 +51,9 @@ def delivered_restitution(chi: float) -> float:
 
 
 def exact_chi(restitution: float) -> float:
-    """Damping factor chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off.
-
-    Notes
-    -----
-    The root chi > 0 of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] lies between (1 - e)/e, the least difference of both
-    sides, and 1/e, the end of the logarithm.
-    """
+    """Damping factor chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off."""
+    # The root chi > 0 of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] lies between (1 - e)/e, the least difference of both
+    # sides, and 1/e, the end of the logarithm.
     e = restitution
     if e == 1.0:
         return 0.0

@@ -130,8 +130,7 @@ class EnergyWear(Wear):
 
 
 Kind = TypeVar("Kind", bound="WornJoint")
-# Signals of each contact whose integral is its wear.
-FORCES = ("slip", "normal_force", "friction_force")
+FORCES = ("slip", "normal_force", "friction_force")  # signals of each contact whose integral is its wear
 
 
 @record_with(eq=False)
