@@ -13,15 +13,10 @@ from flexmb.parts.loads.force import Force, Torque
 
 
 def cantilever(
-    length: Annotated[float, "m"],
-    section: Section,
-    material: Material,
-    *,
-    elements: Elements = 16,
-    force: Annotated[tuple[float, float], "N"] = (0.0, 0.0),
-    moment: Annotated[float, "N m"] = 0.0,
+    length: Annotated[float, "m"], section: Section, material: Material, *, elements: Elements = 16,
+    force: Annotated[tuple[float, float], "N"] = (0.0, 0.0), moment: Annotated[float, "N m"] = 0.0,
     gravity: Annotated[tuple[float, float], "m/s^2"] = (0.0, 0.0),
-) -> Mechanism:
+) -> Mechanism:  # fmt: skip
     """A beam along +X, clamped to the ground at the origin, with a dead force and a moment on its tip.
 
     Parts: link `beam`, joint `clamp`, loads `P` and `M` (also if they are zero).

@@ -74,16 +74,10 @@ class FourBarData(Input):
 
 @arguments.checked
 def four_bar(
-    speed: Annotated[float, "rad/s"] = 340.0 * 2.0 * math.pi / 60.0,
-    *,
-    clearance: Annotated[float | None, "m"] = None,
-    flexible: bool = False,
-    friction: str | FrictionLaw | None = None,
-    elements: int = 4,
-    start: Annotated[float, "rad"] = 0.0,
-    ramp: Annotated[float | None, "s"] = None,
-    data: FourBarData | None = None,
-) -> Mechanism:
+    speed: Annotated[float, "rad/s"] = 340.0 * 2.0 * math.pi / 60.0, *, clearance: Annotated[float | None, "m"] = None,
+    flexible: bool = False, friction: str | FrictionLaw | None = None, elements: int = 4,
+    start: Annotated[float, "rad"] = 0.0, ramp: Annotated[float | None, "s"] = None, data: FourBarData | None = None,
+) -> Mechanism:  # fmt: skip
     """A crank-rocker mechanism with rigid or flexible links, and with or without clearance at B; no gravity.
 
     Bodies: crank coupler rocker.  Joints: O, D (frame), A (crank and coupler), B (coupler and rocker).  Drive: motor.
@@ -118,8 +112,7 @@ def four_bar(
     checks.flag("four_bar", "flexible", flexible)
     checks.count("four_bar", "elements", elements)
     O, D = (0.0, 0.0), (data.ground, 0.0)
-    angle = checks.number("four_bar", "start", start, "rad")
-    A = at_angle(O, data.crank, angle)
+    A = at_angle(O, data.crank, checks.number("four_bar", "start", start, "rad"))
     B = corner("four_bar: loop O-A-B-D", A, data.coupler, D, data.rocker, LEFT)
     beams = _beams(data, elements, O, A, B, D)
     crank, coupler, rocker = beams if flexible else [_rigid(beam) for beam in beams]
@@ -141,8 +134,7 @@ def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Po
     crank, coupler, rocker = (Rectangle(width=data.width, height=h) for h in depths)
     bar = data.density * data.width * data.coupler_depth * data.coupler
     total = bar + data.bearing_mass
-    centre = (0.5 * bar + data.bearing_mass) / total
-    middle = make("coupler", A, B, section=coupler, mass=total, centre=centre)
+    middle = make("coupler", A, B, section=coupler, mass=total, centre=(0.5 * bar + data.bearing_mass) / total)
     return [make("crank", O, A, section=crank), middle, make("rocker", D, B, section=rocker)]
 
 

@@ -189,17 +189,11 @@ SLIDER_SIZE = (0.060, 0.036)  # width and height of the slider in pictures [m]
 
 @arguments.checked
 def nine_bar(
-    speed: Annotated[float, "rad/s"] = 2.0 * math.pi,
-    *,
-    clearance: Annotated[float | None, "m"] = None,
-    flexible: bool = False,
-    friction: str | FrictionLaw | None = "coulomb",
-    elements: int = 4,
-    start: Annotated[tuple[float, float], "rad"] = (0.0, 0.0),
-    ramp: Annotated[float | None, "s"] = None,
-    mesh: str | None = None,
-    data: NineBarData | None = None,
-) -> Mechanism:
+    speed: Annotated[float, "rad/s"] = 2.0 * math.pi, *, clearance: Annotated[float | None, "m"] = None,
+    flexible: bool = False, friction: str | FrictionLaw | None = "coulomb", elements: int = 4,
+    start: Annotated[tuple[float, float], "rad"] = (0.0, 0.0), ramp: Annotated[float | None, "s"] = None,
+    mesh: str | None = None, data: NineBarData | None = None,
+) -> Mechanism:  # fmt: skip
     """The nine-bar mechanism with two driven cranks, eight moving bodies and one joint with clearance.
 
         O1 - crank1 - P1 - link2 - B        P1: ideal joint or joint with clearance
@@ -310,20 +304,15 @@ def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int, mesh: 
     else:
         file, angle = str(Path(mesh) / "panel7.msh"), planar.direction(pose.A, pose.B)
         panel = partial(FlexibleFrame.from_mesh, "panel7", file, pose.A, angle=angle, sections=sections, **common)
-        _require_corners(panel(), corners, file)
+        found = panel().corner_points
+        for name, hinge in zip("ABC", corners, strict=True):
+            off = min(planar.distance(hinge, corner) for corner in found)
+            if off > 1e-6 * planar.distance(*corners[:2]):
+                text = f"nine_bar: {file} has no corner at hinge {name} of the panel, the nearest is {off:.4g} m away."
+                text += " Its sides and their order must be those of the data,"
+                raise InputError(f"{text} A at (0, 0), B along +x, C below (y < 0).")
     bodies["panel7"] = panel(mass=data.mass7, inertia=data.inertia7, centre=pose.centre7)
     return bodies
-
-
-def _require_corners(panel: FlexibleFrame, corners: tuple[Point, ...], file: str) -> None:
-    """Refuse a mesh of the panel without a corner at each of its hinges."""
-    for name, hinge in zip("ABC", corners, strict=True):
-        off = min(planar.distance(hinge, corner) for corner in panel.corner_points)
-        if off > 1e-6 * planar.distance(*corners[:2]):
-            raise InputError(
-                f"nine_bar: {file} has no corner at hinge {name} of the panel, the nearest is {off:.4g} m away. "
-                "Its sides and their order must be those of the data, A at (0, 0), B along +x, C below (y < 0)."
-            )
 
 
 def _beam(data: NineBarData, number: int, make: Callable[..., FlexibleLink]) -> FlexibleLink:

@@ -73,16 +73,11 @@ class SliderCrankData(Input):
 
 @arguments.checked
 def slider_crank(
-    speed: Annotated[float, "rad/s"] = 5000.0 * 2.0 * math.pi / 60.0,
-    *,
-    clearance: Annotated[float | None, "m"] = None,
-    flexible: bool = False,
-    friction: str | FrictionLaw | None = None,
-    elements: int = 8,
-    start: Annotated[float, "rad"] = 0.0,
-    ramp: Annotated[float | None, "s"] = None,
+    speed: Annotated[float, "rad/s"] = 5000.0 * 2.0 * math.pi / 60.0, *, clearance: Annotated[float | None, "m"] = None,
+    flexible: bool = False, friction: str | FrictionLaw | None = None, elements: int = 8,
+    start: Annotated[float, "rad"] = 0.0, ramp: Annotated[float | None, "s"] = None,
     data: SliderCrankData | None = None,
-) -> Mechanism:
+) -> Mechanism:  # fmt: skip
     """The slider-crank with or without clearance in the piston pin, and with a rigid or flexible rod; no gravity.
 
     Bodies: crank rod slider.  Joints: O (frame and crank), A (crank and rod), B (rod and slider), guide.  Drive: motor.

@@ -6,7 +6,7 @@ Coordinates are named (part, node, axis) with axis 0, 1, 2 for x, y, theta.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
@@ -62,8 +62,7 @@ class Ends(NamedTuple):
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The six coordinates of both nodes."""
-        first, second = self
-        return (*node_coordinates(first.part, first.node), *node_coordinates(second.part, second.node))
+        return (*self.first.coordinates, *self.second.coordinates)
 
     @property
     def offsets(self) -> tuple[float, float, float, float]:
@@ -218,24 +217,21 @@ class ConstraintContribution:
     curved: tuple[tuple[int, int], ...] | None = field("rows and columns of the entries of H; None: all", default=None)
 
     def __post_init__(self) -> None:
-        if self.second is None and not (self.reactions or self.is_drive or self.joint_friction):
-            object.__setattr__(self, "reactions", tuple(reactions_of_bodies(self.coordinates)))
+        if self.second is not None or self.reactions or self.is_drive or self.joint_friction:
+            return
+        found: list[Reaction] = []  # force, moment and power on each body
+        for body in dict.fromkeys(part for part, _, _ in self.coordinates):
+            own = [place for place, (part, _, _) in enumerate(self.coordinates) if part == body]
+            for axis, (name, units) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
+                if on := tuple(place for place in own if self.coordinates[place][2] == axis):
+                    found.append(Reaction(f"{body}_{name}", units, on=on))
+            found.append(Reaction(f"{body}_power", "W", on=tuple(own), power=True))
+        object.__setattr__(self, "reactions", tuple(found))
 
     @property
     def rubs_closed(self) -> bool:
         """Whether this ideal joint has the friction of the contact that it replaces; losses of teeth have none."""
         return self.holds == "closed" and self.joint_friction is not None and self.joint_friction.signal[0] != ""
-
-
-def reactions_of_bodies(coordinates: tuple[Coordinate, ...]) -> Iterator[Reaction]:
-    """Force, moment and power of a constraint on each body."""
-    for body in dict.fromkeys(part for part, _, _ in coordinates):
-        own = [place for place, (part, _, _) in enumerate(coordinates) if part == body]
-        for axis, (name, units) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
-            on = tuple(place for place in own if coordinates[place][2] == axis)
-            if on:
-                yield Reaction(f"{body}_{name}", units, on=on)
-        yield Reaction(f"{body}_power", "W", on=tuple(own), power=True)
 
 
 @record

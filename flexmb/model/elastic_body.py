@@ -59,7 +59,18 @@ class ElasticBody(Body):
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the body of `mechanism` at rest in a `pose`."""
-        stress = _largest_stress(self, mechanism, pose)
+        seeking: Any = self
+        try:
+            seeking = replace(seeking, stress=True)
+        except FlexmbError:  # a general section, whose outer fibres are unknown
+            return 0.0, 0.0
+        stress = 0.0
+        for signal in seeking.contributions(mechanism):
+            if isinstance(signal, SignalContribution) and signal.place:
+                q = np.array([pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
+                still, p = np.zeros(len(q)), np.array(signal.p, dtype=float)
+                stress = float(signal.kernel.dispatcher(p, 0.0, q, still, still, -np.inf)[0])
+                break
         return stress / min(material.young for material in self.all_materials), stress
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
@@ -137,18 +148,3 @@ def _yield_stress(body: Body) -> float | None:
     """Yield stress of the weakest material of a body [Pa]; None where one is unknown."""
     known = [material.yield_stress for material in body.all_materials if material.yield_stress is not None]
     return min(known) if known and len(known) == len(body.all_materials) else None
-
-
-def _largest_stress(body: ElasticBody, mechanism: Mechanism, pose: Pose) -> float:
-    """Largest stress of a body [Pa], as its signal `von_mises` gives it; 0 where a section has no height."""
-    seeking: Any = body
-    try:
-        seeking = replace(seeking, stress=True)
-    except FlexmbError:  # a general section, whose outer fibres are unknown
-        return 0.0
-    for signal in seeking.contributions(mechanism):
-        if isinstance(signal, SignalContribution) and signal.place:
-            q = np.array([pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
-            still, p = np.zeros(len(q)), np.array(signal.p, dtype=float)
-            return float(signal.kernel.dispatcher(p, 0.0, q, still, still, -np.inf)[0])
-    return 0.0

@@ -163,11 +163,8 @@ class NormalLaw(Law):
         return ()
 
     def remarks_on(
-        self,
-        intervals: Mapping[str, np.ndarray],  # noqa: ARG002 - seldom asked
-        history: Sequence[float],  # noqa: ARG002
-        since: float,  # noqa: ARG002
-    ) -> Iterable[tuple[str, str]]:
+        self, intervals: Mapping[str, np.ndarray], history: Sequence[float], since: float  # noqa: ARG002 - seldom asked
+    ) -> Iterable[tuple[str, str]]:  # fmt: skip
         """Codes and texts of remarks on the contact `intervals` of a run, by the names of their columns.
 
         `history` is that at the end; contacts that began before the instant `since` [s] count as lasting.

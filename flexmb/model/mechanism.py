@@ -38,8 +38,7 @@ LISTED_PARTS = 12  # number of parts at most in a line
 
 def _numbers(mechanism: Mechanism) -> str:
     """Numbers of parts, and gravity."""
-    joints = sum(isinstance(part, Joint) for part in mechanism.parts)
-    bodies = len(mechanism.bodies)
+    joints, bodies = sum(isinstance(part, Joint) for part in mechanism.parts), len(mechanism.bodies)
     rest = len(mechanism.parts) - bodies - joints
     texts = [counted(bodies, "body"), counted(joints, "joint"), *([counted(rest, "other part")] if rest else [])]
     gx, gy = mechanism.gravity
@@ -54,11 +53,6 @@ def _names(parts: Sequence[Part]) -> str:
         kinds.setdefault(type(part).__name__, []).append(part.name)
     shown = ", ".join(f"{listed(names, LISTED_PARTS)} ({kind})" for kind, names in kinds.items())
     return f"{shown} and {len(parts) - LISTED_PARTS} more" if len(parts) > LISTED_PARTS else shown
-
-
-def _row(part: Part) -> tuple[str, ...]:
-    mass = number_text(part.total_mass()) if isinstance(part, Body) else ""
-    return part.name, type(part).__name__, ", ".join(part.references()), mass, values_text(_fields(part))
 
 
 LISTED_VALUES = 8  # number of values of a sequence at most; a longer one is described by its length
@@ -102,22 +96,20 @@ def plain(value: Any) -> Any:
 LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})  # columns of their own, and drawings
 
 
-def values_text(fields: Mapping[str, Any]) -> str:
+def values_text(fields: Mapping[str, Any], between: str = "; ") -> str:
     """Values of a part or law in one line, from [value, unit] by field; zeros and disabled switches are left out."""
-    return "; ".join(_value_texts(fields))
-
-
-def _value_texts(fields: Mapping[str, Any]) -> Iterator[str]:
+    found = []
     for name, (value, unit) in fields.items():
         if name in LEFT_OUT or value is None or value is False or value == 0:
             continue
         word = name.replace("_", " ")
         if isinstance(value, Mapping):
-            inner = ", ".join(_value_texts(value["fields"]))
-            yield f"{word} {value['class']}" + (f" ({inner})" if inner else "")
+            inner = values_text(value["fields"], ", ")
+            found.append(f"{word} {value['class']}" + (f" ({inner})" if inner else ""))
         else:
             shown = "" if isinstance(value, str) else pretty(unit)  # a word has none
-            yield word if value is True else f"{word} {_value_text(value)} {shown}".rstrip()
+            found.append(word if value is True else f"{word} {_value_text(value)} {shown}".rstrip())
+    return between.join(found)
 
 
 def _value_text(value: Any) -> str:
@@ -158,7 +150,13 @@ class Mechanism(metaclass=arguments.CheckedType):
         object.__setattr__(self, "parts", checks.sequence(self.label, "parts", self.parts, "parts"))
         object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity, "m/s^2"))
         self._raise([*self._wrong_names(), *self._missing_parts()])
-        self._raise([*self._invalid_parts()])
+        invalid: list[FlexmbError] = []
+        for part in self.parts:
+            try:
+                part.validate(self)
+            except FlexmbError as error:
+                invalid.append(error)
+        self._raise(invalid)
 
     def _raise(self, errors: list[FlexmbError]) -> None:
         """Raise the only error, or one with the texts of all."""
@@ -185,13 +183,6 @@ class Mechanism(metaclass=arguments.CheckedType):
                 if name != GROUND.name and name not in self._by_name:
                     text = f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}."
                     yield ModelError(f"{text} Add it to the parts. {checks.did_you_mean(name, self.names)}")
-
-    def _invalid_parts(self) -> Iterator[FlexmbError]:
-        for part in self.parts:
-            try:
-                part.validate(self)
-            except FlexmbError as error:
-                yield error
 
     @property
     def label(self) -> str:
@@ -265,14 +256,17 @@ class Mechanism(metaclass=arguments.CheckedType):
 
     def __repr__(self) -> str:
         """Name, numbers and names of parts, gravity, in three lines."""
-        others = [part for part in self.parts if not isinstance(part, Body)]
-        groups = ("bodies", self.bodies), ("others", others)
+        groups = ("bodies", self.bodies), ("others", [part for part in self.parts if not isinstance(part, Body)])
         lines = [cut(f"  {noun}  {_names(parts)}") for noun, parts in groups if parts]
         return "\n".join([f"{self.label}: {_numbers(self)}", *lines])
 
     def _repr_html_(self) -> str:
-        head = ("part", "class", "connects", "mass [kg]", "values")
-        return display.page(self.label, _numbers(self), display.table([_row(part) for part in self.parts], head))
+        head, rows = ("part", "class", "connects", "mass [kg]", "values"), []
+        for part in self.parts:
+            mass = number_text(part.total_mass()) if isinstance(part, Body) else ""
+            own = part.name, type(part).__name__, ", ".join(part.references()), mass
+            rows.append((*own, values_text(_fields(part))))
+        return display.page(self.label, _numbers(self), display.table(rows, head))
 
     def find(self, name: Part | str) -> Part:
         """The part of that name, or `ModelError` with the nearest name; a part stands for its name."""

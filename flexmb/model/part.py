@@ -350,8 +350,7 @@ class Element(Part):
                 f"with FIELD in {names} and AXIS in {list(AXES)}."
             )
         body = mechanism.body(getattr(self, words[0]).name, self.label)
-        node = body.main if len(words) == 2 else body.node(words[1]).name
-        return body.name, node, AXES.index(words[-1])
+        return body.name, body.main if len(words) == 2 else body.node(words[1]).name, AXES.index(words[-1])
 
 
 @record

@@ -112,7 +112,7 @@ def states(seed, count, p):
         q[3:5] += (wanted - y) * np.array([-uy, ux])
         v[5] = v[2] + rng.uniform(-0.2, 0.2)
         parts = slider.pose.py_func(p, q)
-        _, rate, _ = slider.rates.py_func(*slider.rows.py_func(*parts[2:]), v)
+        _, rate, _ = slider.rates.py_func(*parts[8:], v)
         v[3:5] += (rng.uniform(-0.02, 0.02) - rate) * np.array([-uy, ux])
         yield q, v
 

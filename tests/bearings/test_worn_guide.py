@@ -10,8 +10,7 @@ from scipy.interpolate import BSpline
 import flexmb as fm
 from flexmb.kernels import GAP_SIZE
 from flexmb.mechanisms import slider_crank
-from flexmb.parts.joints.pin_slot import slot_gap_kernel
-from flexmb.parts.joints.prismatic import corner_gap_kernel
+from flexmb.parts.joints.prismatic import corner_gap_kernel, slot_gap_kernel
 from flexmb.parts.wear.worn_guide import worn_side_gap_kernel
 from flexmb.places import GAP, NORMAL_X, NORMAL_Y
 

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 import flexmb as fm
 from flexmb.errors import InputError, ModelError
-from flexmb.parts.cams.spans import sampled
+from flexmb.parts.cams.curves import sampled
 from flexmb.testing import check_part
 
 E, R = 0.01, 0.03

@@ -8,7 +8,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.parts.cams.spans import sampled
+from flexmb.parts.cams.curves import sampled
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 181)[:-1]
 STATIONS = ((0.0, 0.0), (1.2, 0.01), (1.6, 0.01), (2.8, 0.0))

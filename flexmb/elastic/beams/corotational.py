@@ -120,8 +120,7 @@ def deformation(p, q):
     l = math.sqrt(dx * dx + dy * dy)
     i, alpha = 1.0 / l, direction(dy, dx)
     u1, u2 = turned_back(q[2], alpha - p[OFFSET1]), turned_back(q[5], alpha - p[OFFSET2])
-    bow = p[BOW11] * u1 * u1 - p[BOW12] * u1 * u2 + p[BOW22] * u2 * u2
-    e = l - p[FREE_LENGTH] + p[LENGTH] / 30.0 * bow
+    e = l - p[FREE_LENGTH] + p[LENGTH] / 30.0 * (p[BOW11] * u1 * u1 - p[BOW12] * u1 * u2 + p[BOW22] * u2 * u2)
     return i, dx * i, dy * i, e, u1, u2
 
 
@@ -230,8 +229,7 @@ def forces(p, u, x, motion):
     # rates.
     i, _, _, e, u1, u2 = u
     rho, longer, d1, d2, rho_dot, dd1, dd2 = motion
-    m = inertia(p, u1, u2, x, rho_dot, dd1, dd2)
-    n = by_turning(p, u1, u2, rho, d1, d2)
+    m, n = inertia(p, u1, u2, x, rho_dot, dd1, dd2), by_turning(p, u1, u2, rho, d1, d2)
     N, M1, M2 = elastic(p, e, u1, u2, longer, d1, d2)
     x0, x1, x3, x4 = m[0] + n[0] - N, m[1] + n[1], m[2] + n[2] + N, m[3] + n[3]
     M1, M2 = M1 + m[4] + n[4], M2 + m[5] + n[5]
@@ -376,8 +374,7 @@ def evaluate(p, q, v, a, kq, kv, ka):
     u, x, motion = state(p, q, v, a)
     i, c, s, _, u1, u2 = u
     F, lift, N = forces(p, u, x, motion)
-    X = by_length(p, u, x, motion, lift, kq, kv)
-    Y = by_side(p, u, x, motion, F, N, kq, kv, ka)
+    X, Y = by_length(p, u, x, motion, lift, kq, kv), by_side(p, u, x, motion, F, N, kq, kv, ka)
     w1, w2 = with_ends(p, u1, u2)
     s1, s2 = (p[G11] + p[G12]) * i, (p[G21] + p[G22]) * i
     x0 = (ka * p[M11] - X[0], ka * w1 * i - X[1], -X[2], ka * p[M12] - X[3], -ka * w1 * i - X[4], -X[5])

@@ -38,22 +38,11 @@ from flexmb.planar import Array
 BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
 
 
-class Bending(NamedTuple):
-    """Matrices of n elements in the order w1, theta1, w2, theta2, and the influence of shear on their shape."""
-
-    stiffness: Array  # (n, 4, 4) [N/m, N, N m]
-    mass: Array  # (n, 4, 4) of the axis alone [kg, kg m, kg m^2]
-    rotary: Array  # (n, 4, 4) of the rotation of sections alone [kg, kg m, kg m^2]
-    # (n, 2) c1, c2: shear angle over the end rotations against the chord, sign changed [1]; 0 without shear
-    shares: Array
-    bow: Array  # (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
-
-
-def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
-    """Matrices with the shear angle condensed."""
+def with_shear(lengths: Array, axial: Array, cubics: tuple[Array, Array, Array], flexibility: Array) -> list[Array]:
+    """Matrices of bending with the shear angle condensed: stiffness, mass, rotary part; shares of shear, bow."""
     # Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear;
-    # `cubics` are without shear.
-    ends = cubics.stiffness[:, 1::2, 1::2]
+    # `cubics` are without shear: stiffness, mass of the axis and of the rotation of sections alone, (n, 4, 4) each.
+    ends = cubics[0][:, 1::2, 1::2]
     rigid = flexibility == 0.0
     angle = np.where(rigid, np.inf, lengths**2 / np.where(rigid, 1.0, flexibility))  # K
     shares = ends.sum(axis=1) / (ends.sum(axis=(1, 2)) + angle)[:, None]
@@ -63,27 +52,22 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
     one, zero = np.ones_like(lengths), np.zeros_like(lengths)
     turns = ([zero, -one, zero, -one], [zero, zero, lengths, zero])
     axis, section = (np.eye(4) + np.stack(turn, axis=1)[:, :, None] * sigma[:, None, :] for turn in turns)
-    stiffness = _carried(cubics.stiffness, axis)
+    stiffness = _carried(cubics[0], axis)
     stiffness += np.where(rigid, 0.0, angle)[:, None, None] * (sigma[:, :, None] * sigma[:, None, :])
-    rotary = _carried(cubics.rotary, section)
-    return Bending(stiffness, _carried(cubics.mass, axis), rotary, shares, _bow(axial, shares, flexibility))
+    # Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and share of the shear force in N: Reissner
+    # measures the axial strain along the normal of the section, (1 + e) cos(sigma) - 1. To second order of the strains
+    # his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
+    first, second = shares.T
+    k = 12.0 - np.where(rigid, 0.0, 30.0 / (np.where(rigid, 1.0, flexibility) * axial))
+    bow1, bow2 = BOW[0] - 3.0 * first - k * first**2, BOW[2] - 3.0 * second - k * second**2
+    bow = np.stack([bow1, BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second, bow2], axis=1)
+    return [stiffness, _carried(cubics[1], axis), _carried(cubics[2], section), shares, bow]
 
 
 def _carried(matrices: Array, change: Array) -> Array:
     """change^T matrix change, symmetric to the last bit."""
     product: Array = change.transpose(0, 2, 1) @ matrices @ change
     return np.asarray(0.5 * (product + product.transpose(0, 2, 1)))
-
-
-def _bow(axial: Array, shares: Array, flexibility: Array) -> Array:
-    """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N."""
-    # Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1. To second order of the
-    # strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
-    first, second = shares.T
-    rigid = flexibility == 0.0
-    k = 12.0 - np.where(rigid, 0.0, 30.0 / (np.where(rigid, 1.0, flexibility) * axial))
-    bow1, bow2 = BOW[0] - 3.0 * first - k * first**2, BOW[2] - 3.0 * second - k * second**2
-    return np.stack([bow1, BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second, bow2], axis=1)
 
 
 # Degree [1] up to which polynomials are integrated exactly.
@@ -184,15 +168,14 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
     about = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
     cubics, n = (_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about), len(begin)
-    bent = Bending(*cubics, np.zeros((n, 2)), np.tile(BOW, (n, 1)))
+    bent = [*cubics, np.zeros((n, 2)), np.tile(BOW, (n, 1))]
     if any(beam.shear for beam in beams):
         sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
-        bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
+        bent = with_shear(end - begin, 1.0 / flexibility, cubics, sliding)
+    bent[1] = bent[1] + bent[2]
     along = np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None], _local(_PRODUCT, axial, rho * A)
-    across = bent.stiffness, bent.mass + bent.rotary, bent.rotary, bent.shares, bent.bow
-    whole = (end - begin, *along, *across, E * A_ends, E * I_ends)
-    bounds = np.cumsum([0, *counts]).tolist()
-    return [BeamMatrices(*(array[i:j] for array in whole)) for i, j in pairwise(bounds)]
+    whole = (end - begin, *along, *bent, E * A_ends, E * I_ends)
+    return [BeamMatrices(*(array[i:j] for array in whole)) for i, j in pairwise(np.cumsum([0, *counts]).tolist())]
 
 
 _INVERSE = Functional(lambda w: 1.0 / w.weight)
@@ -277,9 +260,8 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
     dx, dy = end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]
     l = np.hypot(dx, dy)
     c, s = dx / l, dy / l
-    u1 = _rotation(start[:, 2] + beam.start_angle, c, s)
-    u2 = _rotation(end[:, 2] + beam.end_angle, c, s)
-    return Deformation(l, c, s, u1, u2)
+    angles = start[:, 2] + beam.start_angle, end[:, 2] + beam.end_angle
+    return Deformation(l, c, s, *(_rotation(angle, c, s) for angle in angles))
 
 
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:

@@ -161,9 +161,10 @@ def finish(p, c, s, X):
             X[i, j] *= p[ZETA]
 
 
-@compiled
-def put_tangents(p, q, v, K, C):
-    """K and C (n, n)."""
+@element_kernel
+def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Damping of d_dot; q = A, B (x, y), then the nodes; r (n,), K, C (n, n), M = 0."""
+    put_force(p, q, v, r)
     g, u, f, x, y, Df, work, n = scratch(), scratch(), scratch(), scratch(), scratch(), scratch(), scratch(), q.shape[0]
     l, c, s, rate, hx, hy = deformation_rate(p, q, v, g, u)
     mass_times(p, n, u, f)
@@ -199,13 +200,6 @@ def put_tangents(p, q, v, K, C):
         K[j, i] += k
     finish(p, c, s, K)
     finish(p, c, s, C)
-
-
-@element_kernel
-def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Damping of d_dot; q = A, B (x, y), then the nodes; r (n,), K, C (n, n), M = 0."""
-    put_force(p, q, v, r)
-    put_tangents(p, q, v, K, C)
 
 
 MASS_DAMPING = massless("MASS_DAMPING", globals(), mass_damping_kernel)

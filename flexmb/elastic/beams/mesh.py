@@ -80,8 +80,14 @@ def read_lines(path: str | PathLike[str]) -> LineMesh:
         kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "none"
         text = f"{file}: no two-node line cells; the cells are: {kinds}"
         raise FileFormatError(f"{text}. Mesh the curves with elements of first order and export them.")
-    points, edges = _without_single_points(plane_points(file, mesh.points), edges, mesh)
-    return LineMesh(points, edges, _tags(file, mesh, len(edges)), name=str(file))
+    # nodes that only vertex cells use, such as the centre of an arc in gmsh, are left out
+    points = plane_points(file, mesh.points)
+    on_line, single = np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+    on_line[edges] = True
+    vertices = [block.data.ravel() for block in mesh.cells if block.type == "vertex"]
+    single[np.concatenate([*vertices, np.zeros(0, dtype=np.int64)])] = True
+    keep, tags = on_line | ~single, _tags(file, mesh, len(edges))
+    return LineMesh(points[keep], (np.cumsum(keep) - 1)[edges], tags, name=str(file))
 
 
 def chain(mesh: LineMesh) -> Indices:
@@ -159,17 +165,6 @@ def plane_points(file: Path, points: Any) -> Array:
         text = f"{file}: z spreads over {np.ptp(xyz[:, 2]):g} m; flexmb is plane, all z must be equal"
         raise FileFormatError(f"{text}. Turn the mesh into the x-y plane.")
     return np.ascontiguousarray(xyz[:, :2])
-
-
-def _without_single_points(points: Array, edges: Indices, mesh: Any) -> tuple[Array, Indices]:
-    """Leave out nodes that only vertex cells use, such as the centre of an arc in gmsh."""
-    on_line = np.zeros(len(points), dtype=bool)
-    on_line[edges] = True
-    single = np.zeros(len(points), dtype=bool)
-    vertices = [block.data.ravel() for block in mesh.cells if block.type == "vertex"]
-    single[np.concatenate([*vertices, np.zeros(0, dtype=np.int64)])] = True
-    keep = on_line | ~single
-    return points[keep], (np.cumsum(keep) - 1)[edges]
 
 
 def _tags(file: Path, mesh: Any, n: int) -> Indices:

@@ -8,7 +8,7 @@ out: it is zero in the outer fibres of the sections, where the normal stress is 
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,36 +17,29 @@ from flexmb.elastic.beams.section import Section
 from flexmb.engine.compiled.arrays import part_of, stack_vector
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, extremum_kernel, fast
+from flexmb.planar import Array
 
 
-@dataclass(frozen=True)
-class BeamElements:
-    """The elements of one beam, for strains."""
-
-    lengths: np.ndarray  # (n,) unstressed lengths [m]
-    # (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad]
-    offsets: np.ndarray
-    outer: np.ndarray  # (n,) largest distance of the outer fibre from the centroid along each element [m]
-    shear: np.ndarray  # (2, n) shares of the end rotations in the shear angle [1]
-    bow: np.ndarray  # (3, n) shortening of the chords
-    unstressed: np.ndarray  # (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`
-
-    def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
-        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added."""
-        # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element. Poses x, y, theta of
-        # the nodes are (instants, n + 1) [m, rad]. Source: as of `beams.corotational`.
-        dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
-        chord = np.arctan2(dy, dx)
-        u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
-        u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
-        b1, b2, b3 = self.bow
-        free, free1, free2 = self.unstressed
-        axial = (np.hypot(dx, dy) - free) / L + (b1 * u1 * u1 - b2 * u1 * u2 + b3 * u2 * u2) / 30.0
-        u1, u2 = u1 - free1, u2 - free2
-        sheared = self.shear[0] * u1 + self.shear[1] * u2
-        u1, u2 = u1 - sheared, u2 - sheared
-        bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
-        return np.asarray(np.abs(axial) + bending * self.outer)
+def strains(
+    poses: Sequence[Array], L: Array, offsets: Array, outer: Array, shear: Array, bow: Array, unstressed: Array
+) -> Array:
+    """Largest strain (instants, n) of the outer fibres of each element of a beam, axial and bending strain added."""
+    # Equation (2.12) of docs/theory/beam.md, u1 and u2 less those of the unstressed element. Poses x, y, theta of the
+    # nodes are (instants, n + 1) [m, rad]. L (n,) are the unstressed lengths [m], `offsets` (n + 1,) directions of the
+    # unstressed beam less theta of its nodes [rad], `outer` (n,) largest distances of the outer fibre from the centroid
+    # [m]; `shear` (2, n) shares of the end rotations in the shear angle [1], `bow` (3, n) shortening of the chords,
+    # `unstressed` (3, n) l0 [m], u10 and u20 [rad], see `flexmb.elastic.beams.corotational`, which has the source.
+    x, y, theta = poses
+    dx, dy, turned = np.diff(x, axis=1), np.diff(y, axis=1), theta + offsets
+    chord = np.arctan2(dy, dx)
+    u1, u2 = wrapped(turned[:, :-1] - chord), wrapped(turned[:, 1:] - chord)
+    free, free1, free2 = unstressed
+    axial = (np.hypot(dx, dy) - free) / L + (bow[0] * u1 * u1 - bow[1] * u1 * u2 + bow[2] * u2 * u2) / 30.0
+    u1, u2 = u1 - free1, u2 - free2
+    sheared = shear[0] * u1 + shear[1] * u2
+    u1, u2 = u1 - sheared, u2 - sheared
+    bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
+    return np.asarray(np.abs(axial) + bending * outer)
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:

@@ -83,8 +83,7 @@ KINDS = {  # kinds of cells by name
 def places_of_check(kind: str) -> Array:
     """(2, q) places of a reference cell at which the Jacobian determinant is compared with 0: its nodes and inside."""
     cell = KINDS[kind]
-    inner = get_quadrature(cell.element.refdom, cell.mass_order)[0]
-    return np.hstack([cell.reference_nodes, inner])
+    return np.hstack([cell.reference_nodes, get_quadrature(cell.element.refdom, cell.mass_order)[0]])
 
 
 def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
@@ -424,8 +423,7 @@ class PlaneMesh:
     def edge_numbers(self, name: str) -> Indices:
         """(b,) numbers, among `edges`, of the boundary edges whose ends lie in the set `name`."""
         numbers = np.flatnonzero(self.edges.counts == 1)
-        inside = np.isin(self.edges.nodes[numbers, :2], self.set_of(name)).all(axis=1)
-        return np.asarray(numbers[inside])
+        return np.asarray(numbers[np.isin(self.edges.nodes[numbers, :2], self.set_of(name)).all(axis=1)])
 
     def set_of(self, name: str) -> Indices:
         """Nodes of the set `name`, or `InputError` that lists the sets."""
@@ -493,8 +491,7 @@ class PlaneMesh:
     def placed(self, angle: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)) -> PlaneMesh:
         """The mesh turned about its origin by `angle` [rad], then moved by `shift` [m]."""
         c, s = math.cos(angle), math.sin(angle)
-        points = self.points @ np.array([[c, s], [-s, c]]) + np.asarray(shift, dtype=float)
-        return replace(self, points=points)
+        return replace(self, points=self.points @ np.array([[c, s], [-s, c]]) + np.asarray(shift, dtype=float))
 
     def scaled(self, factor: float) -> PlaneMesh:
         """The mesh with all lengths times `factor`, > 0: 1e-3 for a mesh in millimetres."""
@@ -512,7 +509,30 @@ class PlaneMesh:
         ------
         InputError : a set whose nodes lie on no circle.
         """
-        return self if self.cell_kind.is_quadratic else quadratic(self, rounds)
+        if self.cell_kind.is_quadratic:
+            return self
+        edges, n = self.edges.nodes, len(self.points)
+        middles = self.points[edges].mean(axis=1)
+        own = {name: _pairs_in(edges, self.edges_in(name), n) for name in self.sets}
+        for name in rounds:
+            self.set_of(name)
+            # Centre and radius [m] of the circle on which the nodes of a set lie, or `InputError`
+            points = self.points[self.set_of(name)]
+            mean = points.mean(axis=0)
+            centre = _centre_of_circle(points - mean) if len(points) > 3 else None
+            if centre is None:
+                raise InputError(f"{self.label}: the nodes of set {name!r} lie on no circle. Leave it out of rounds.")
+            centre, radius = mean + centre, float(np.linalg.norm(points - mean - centre, axis=1).mean())
+            off = middles[own[name]] - centre
+            middles[own[name]] = centre + off * (radius / np.linalg.norm(off, axis=1))[:, None]
+        local = np.array(self.cell_kind.edges)
+        rows = _pairs_in(edges, self.cells[:, local].reshape(-1, 2), n).reshape(len(self.cells), -1)
+        cells, points = np.hstack([self.cells, n + rows]), np.concatenate([self.points, middles])
+        if self.kind == "quad4":
+            points, cells = with_centres(points, cells)
+        sets = {name: np.concatenate([nodes, n + own[name]]) for name, nodes in self.sets.items()}
+        kind = {"tri3": "tri6", "quad4": "quad9"}[self.kind]
+        return replace(self, points=points, cells=cells, kind=kind, sets=sets)
 
     def with_holes(self, holes: Mapping[str, tuple[float, float]]) -> PlaneMesh:
         """The mesh with names for `holes`, each found by a point inside of it [m]: {"start": (0.0, 0.0)}.
@@ -535,38 +555,11 @@ class PlaneMesh:
         return replace(self, sets=sets)
 
 
-def quadratic(mesh: PlaneMesh, rounds: Sequence[str]) -> PlaneMesh:
-    """The mesh `mesh` of tri3 or quad4 as tri6 or quad9; new nodes of the sets `rounds` lie on circles."""
-    edges, n = mesh.edges.nodes, len(mesh.points)
-    middles = mesh.points[edges].mean(axis=1)
-    own = {name: _pairs_in(edges, mesh.edges_in(name), n) for name in mesh.sets}
-    for name in rounds:
-        mesh.set_of(name)
-        # Centre and radius [m] of the circle on which the nodes of a set lie, or `InputError`
-        points = mesh.points[mesh.set_of(name)]
-        mean = points.mean(axis=0)
-        centre = _centre_of_circle(points - mean) if len(points) > 3 else None
-        if centre is None:
-            raise InputError(f"{mesh.label}: the nodes of set {name!r} lie on no circle. Leave it out of rounds.")
-        centre, radius = mean + centre, float(np.linalg.norm(points - mean - centre, axis=1).mean())
-        off = middles[own[name]] - centre
-        middles[own[name]] = centre + off * (radius / np.linalg.norm(off, axis=1))[:, None]
-    local = np.array(mesh.cell_kind.edges)
-    rows = _pairs_in(edges, mesh.cells[:, local].reshape(-1, 2), n).reshape(len(mesh.cells), -1)
-    cells, points = np.hstack([mesh.cells, n + rows]), np.concatenate([mesh.points, middles])
-    if mesh.kind == "quad4":
-        points, cells = with_centres(points, cells)
-    sets = {name: np.concatenate([nodes, n + own[name]]) for name, nodes in mesh.sets.items()}
-    kind = {"tri3": "tri6", "quad4": "quad9"}[mesh.kind]
-    return replace(mesh, points=points, cells=cells, kind=kind, sets=sets)
-
-
 def with_centres(points: Array, cells: Indices) -> tuple[Array, Indices]:
     """Nodes and cells of eight-node quadrilaterals (m, 8) with their centres, where eight shape functions have them."""
     own = points[cells]
     centres = 0.5 * own[:, 4:].sum(axis=1) - 0.25 * own[:, :4].sum(axis=1)
-    numbers = len(points) + np.arange(len(cells))[:, None]
-    return np.concatenate([points, centres]), np.hstack([cells, numbers])
+    return np.concatenate([points, centres]), np.hstack([cells, len(points) + np.arange(len(cells))[:, None]])
 
 
 def _pairs_in(edges: Indices, wanted: Indices, nodes: int) -> Indices:

@@ -76,8 +76,7 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     points = np.concatenate([grid.reshape(-1, 2) for grid in grids])
     starts = np.cumsum([0, *(grid.shape[0] * grid.shape[1] for grid in grids)])
     # Number of the node of each point; points at the same place are one node
-    reach = SAME_NODE * float(np.ptp(points, axis=0).max())
-    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    pairs = cKDTree(points).query_pairs(SAME_NODE * float(np.ptp(points, axis=0).max()), output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     nodes = np.asarray(connected_components(links, directed=False)[1].astype(np.int64))
     cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
@@ -105,8 +104,7 @@ def _cells_of(grid: Array) -> Indices:
     down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
     if down[0] * right[1] - down[1] * right[0] > 0.0:  # the first index turns counter-clockwise into the second one
         places = [(j, i) for i, j in places]
-    cells = [number[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i, j in places]
-    return np.stack(cells, axis=1)
+    return np.stack([number[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i, j in places], axis=1)
 
 
 def halved(points: Array, cells: Indices, kind: str) -> Indices:
@@ -169,8 +167,7 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
     # Nodes of a lattice of equal triangles that lie inside and clear of the boundary
     low, high = fixed.min(axis=0), fixed.max(axis=0)
     rows = np.arange(low[1], high[1], size * np.sqrt(0.75))
-    columns = np.arange(low[0] - size, high[0] + size, size)
-    x = columns + 0.5 * size * (np.arange(len(rows)) % 2)[:, None]
+    x = np.arange(low[0] - size, high[0] + size, size) + 0.5 * size * (np.arange(len(rows)) % 2)[:, None]
     points = np.stack([x, np.broadcast_to(rows[:, None], x.shape)], axis=2).reshape(-1, 2)
     points = points[shape.contains(points)]
     points = np.concatenate([fixed, points[_is_clear(points, fixed, edges)]])
@@ -191,8 +188,7 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
         points = moved
     cells = _inside(shape, points)
     _require_boundary(shape, points, cells, edges)
-    holes = {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
-    return points, cells, holes
+    return points, cells, {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
 
 
 def _behind_bends(points: Array, cells: Indices, edges: Indices) -> Array:
@@ -311,8 +307,7 @@ def _require_room(label: str, radii: Array, tangents: Array, lengths: Array) -> 
 
 def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, size: float) -> Array:
     """Points on the arc at a corner, in the order of the outline; `ahead` is the direction behind the corner."""
-    side = np.sign(turn)
-    inwards = side * np.array([-ahead[1], ahead[0]])
+    inwards = np.sign(turn) * np.array([-ahead[1], ahead[0]])
     centre = corner + reach * ahead + radius * inwards
     count = max(FEWEST_ON_ARC, int(np.ceil(abs(turn) * radius / size)))
     angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(count + 1) / count)
@@ -323,12 +318,9 @@ Hole = tuple[tuple[float, float], float]  # centre and radius [m]
 
 
 def plate_with_holes(
-    outline: Sequence[tuple[float, float]],
-    holes: Mapping[str, Hole],
-    size: float,
-    kind: str = "tri6",
+    outline: Sequence[tuple[float, float]], holes: Mapping[str, Hole], size: float, kind: str = "tri6",
     fillet: float | Sequence[float] = 0.0,
-) -> PlaneMesh:
+) -> PlaneMesh:  # fmt: skip
     """A plate with straight edges, sharp or rounded corners, and round holes, which are sets of their names.
 
     Parameters
@@ -383,23 +375,17 @@ def plate_with_holes(
 
 def _require_simple(label: str, corners: np.ndarray) -> None:
     """Refuse an outline whose edges cross."""
-    ends = np.roll(corners, -1, axis=0)
-    n = len(corners)
-    for i in range(n):
-        for j in range(i + 1, n):
-            if (j - i) % n not in (1, n - 1) and _cross(corners[i], ends[i], corners[j], ends[j]):
-                raise InputError(f"{label}: edges {i} and {j} of the outline cross. Give its corners in order.")
-
-
-def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
-    """Whether two segments a-b and c-d meet."""
 
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:
         return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
 
-    lowest = np.maximum(np.minimum(a, b), np.minimum(c, d))  # of the boxes, which edges on one line need not share
-    boxes_meet = bool(np.all(lowest <= np.minimum(np.maximum(a, b), np.maximum(c, d))))
-    return boxes_meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
+    edges = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+    for i, (a, b) in enumerate(edges):
+        for j, (c, d) in enumerate(edges[i + 2 : len(edges) - (i == 0)], i + 2):
+            lowest = np.maximum(np.minimum(a, b), np.minimum(c, d))  # of the boxes: edges on one line may be apart
+            meet = bool(np.all(lowest <= np.minimum(np.maximum(a, b), np.maximum(c, d))))
+            if meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0:
+                raise InputError(f"{label}: edges {i} and {j} of the outline cross. Give its corners in order.")
 
 
 Pair = tuple[float, float]
@@ -429,8 +415,7 @@ def rectangle(length: float, height: float, nx: int, ny: int, kind: str = "quad9
     mesh = joined([ruled(bottom, top, ny)], kind, f"rectangle {l:g} x {h:g}")
     x, y = mesh.points.T
     near = 1e-9 * max(l, h)
-    sides = {"left": x < near, "right": x > l - near, "bottom": y < near, "top": y > h - near}
-    return with_sets(mesh, sides)
+    return with_sets(mesh, {"left": x < near, "right": x > l - near, "bottom": y < near, "top": y > h - near})
 
 
 def ring(inner: float, outer: float, size: float, kind: str = "quad9") -> PlaneMesh:
@@ -459,14 +444,9 @@ def ring(inner: float, outer: float, size: float, kind: str = "quad9") -> PlaneM
 
 
 def link_with_eyes(
-    length: float,
-    eye: float | Pair,
-    hole: float | Pair,
-    width: float | Pair,
-    size: float,
-    kind: str = "quad9",
+    length: float, eye: float | Pair, hole: float | Pair, width: float | Pair, size: float, kind: str = "quad9",
     fillet: float | Pair = 0.0,
-) -> PlaneMesh:
+) -> PlaneMesh:  # fmt: skip
     """A link of two eyes and a straight shank; its holes are the sets "start" at (0, 0) and "end" at (length, 0).
 
     Parameters

@@ -240,8 +240,7 @@ def cell_contributions(
     # number of the mesh's nodes that lie on them.
     width = cells.cells.shape[1]
     masses = cells.masses.reshape(len(cells.cells), -1)
-    places = cells.points[cells.cells].reshape(len(cells.cells), -1)
-    bodies = np.hstack([places, masses, cells.numbers])
+    bodies = np.hstack([cells.points[cells.cells].reshape(len(cells.cells), -1), masses, cells.numbers])
     more: dict[str, Any] = {"energy": cell_energy, "force": cell_force, "tangent": cell_tangent}
     more["account"], found = cell_account, []
     for numbers, body in zip(cells.cells.tolist(), bodies.tolist(), strict=True):

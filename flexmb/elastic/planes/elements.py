@@ -245,8 +245,7 @@ def projected(p, c, s, rho, moment, f, r):
     """r = R P^T f (2 m,), with moment = (J e) . f."""
     g = formulation_at(p)
     for k in range(int(p[NODES])):
-        fx = f[2 * k] + moment / rho * p[g + 2 * k + 1]
-        fy = f[2 * k + 1] - moment / rho * p[g + 2 * k]
+        fx, fy = f[2 * k] + moment / rho * p[g + 2 * k + 1], f[2 * k + 1] - moment / rho * p[g + 2 * k]
         r[2 * k], r[2 * k + 1] = c * fx - s * fy, s * fx + c * fy
 
 

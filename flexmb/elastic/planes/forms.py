@@ -99,12 +99,12 @@ def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) ->
 
 def stiffness_basis(mesh: PlaneMesh) -> Basis:
     """Shape functions of scikit-fem at the points where stiffness and stress are integrated."""
-    return _basis(mesh, mesh.cell_kind.stiffness_order)
+    return Basis(mesh.skfem(), mesh.cell_kind.element(), intorder=mesh.cell_kind.stiffness_order)
 
 
 def mass_basis(mesh: PlaneMesh) -> Basis:
     """Shape functions of scikit-fem at the points where the mass is integrated."""
-    return _basis(mesh, mesh.cell_kind.mass_order)
+    return Basis(mesh.skfem(), mesh.cell_kind.element(), intorder=mesh.cell_kind.mass_order)
 
 
 def stress_at_quadrature(mesh: PlaneMesh, material: Materials, u: Array, state: str = STRESS) -> Array:
@@ -117,10 +117,6 @@ def stress_at_quadrature(mesh: PlaneMesh, material: Materials, u: Array, state: 
     d11, d12, d33 = elasticity(mesh, material, state).T[:, :, None]
     ex, ey, gxy = slopes[0, 0], slopes[1, 1], slopes[0, 1] + slopes[1, 0]
     return np.stack([d11 * ex + d12 * ey, d12 * ex + d11 * ey, d33 * gxy], axis=2)
-
-
-def _basis(mesh: PlaneMesh, order: int) -> Basis:
-    return Basis(mesh.skfem(), mesh.cell_kind.element(), intorder=order)
 
 
 def _stiffness_blocks(

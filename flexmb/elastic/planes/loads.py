@@ -115,8 +115,7 @@ def real_values(given: Any) -> Array:
 def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
     """Vectors (..., 2) of a field at places (..., 2)."""
     values = real_values(field(places.reshape(-1, 2)) if callable(field) else field)
-    shape = (places.size // 2, 2) if callable(field) else (2,)
-    if values.shape != shape or not np.isfinite(values).all():
+    if values.shape != ((places.size // 2, 2) if callable(field) else (2,)) or not np.isfinite(values).all():
         text = f"{mesh.label}: a load has values of shape {values.shape}, or values that are not finite"
         raise InputError(f"{text}; it must be (x, y), or a function of points (p, 2) that returns (p, 2).")
     return np.broadcast_to(values, (places.size // 2, 2)).reshape(places.shape)
@@ -125,7 +124,7 @@ def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
 # Kernels of loads on the nodes of a mesh: forces, dead or turning with a pin, and stresses that follow edges
 
 # Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1.
-FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
+FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING = range(7)
 PRODUCTS = 2  # place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties
 P, S, PAIR = range(3)  # products of a pressure and of a shear for a pair of nodes, and their number
 ON_EDGES, FIRST_ELEMENT = range(2)  # numbers p of a signal: 1 for edges; then of each element; at last the signal's
@@ -188,9 +187,9 @@ def edge_force(p, q, arms, f, r):
     elements.on_coordinates(p, arms, f, r)
 
 
-@fast
-def edge_tangent(p, q, r, K):
-    """Residual r (n,) and tangent K (n, n) of an edge."""
+@element_kernel
+def edge_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Pressure and shear on an edge, which follow it; r (n,), K (n, n)."""
     arms, f = elements.nodal(), elements.nodal()
     edge_force(p, q, arms, f, r)
     m = int(p[elements.NODES])
@@ -207,12 +206,6 @@ def edge_tangent(p, q, r, K):
         if p[tie + elements.ON_PIN] > 0.0:
             theta = int(p[tie + elements.FIRST]) + 2
             K[theta, theta] -= arms[2 * k] * f[2 * k] + arms[2 * k + 1] * f[2 * k + 1]
-
-
-@element_kernel
-def edge_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Pressure and shear on an edge, which follow it; r (n,), K (n, n)."""
-    edge_tangent(p, q, r, K)
 
 
 @signal_kernel

@@ -95,8 +95,7 @@ class Interface:
     def weights(self, mesh: PlaneMesh) -> Array:
         """(m,) weights of the nodes, 1 in all: lengths of the boundary between nodes of the set, else equal."""
         edges = mesh.edges.boundary
-        inside = np.isin(edges, self.nodes).all(axis=1)
-        lengths = tributary_lengths(mesh.points, edges[inside])[self.nodes]
+        lengths = tributary_lengths(mesh.points, edges[np.isin(edges, self.nodes).all(axis=1)])[self.nodes]
         if np.any(lengths <= 0.0):
             return np.full(len(self.nodes), 1.0 / len(self.nodes))
         return np.asarray(lengths / lengths.sum())
@@ -142,8 +141,7 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
             averages = interface.averages(mesh)
             rows.append((dofs, averages))
             # Three dependent displacements, the others, and the dependent ones (3, 3 + others) by pin and others
-            scale = np.abs(averages).max(axis=1, keepdims=True)
-            chosen = qr(averages / scale, pivoting=True, mode="r")[1][:3]
+            chosen = qr(averages / np.abs(averages).max(axis=1, keepdims=True), pivoting=True, mode="r")[1][:3]
             rest = np.setdiff1d(np.arange(len(dofs)), chosen)
             inverse = np.linalg.inv(averages[:, chosen])
             blocks.append((dofs[chosen], dofs[rest], np.hstack([inverse, -inverse @ averages[:, rest]])))
@@ -173,6 +171,5 @@ def _require_arms(interface: Interface, mesh: PlaneMesh) -> None:
     if len(interface.nodes) < 2:
         text = f"{label} has one node, which cannot turn it and would be torn out of the body"
         raise InputError(f"{text}. Mesh a hole there, or take a set with more nodes.")
-    reach = float(np.linalg.norm(interface.arms(mesh), axis=1).max())
-    if reach <= NO_ARM * mesh.size:
+    if float(np.linalg.norm(interface.arms(mesh), axis=1).max()) <= NO_ARM * mesh.size:
         raise InputError(f"{label}: all nodes lie at its point. Take the nodes around the hole.")

@@ -98,13 +98,19 @@ def nodal_stresses(points: Array, cells: Indices, kind: str, materials: Array, x
     """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants."""
     # `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
     # d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
-    (areas, mean), own = areas_and_means(points, cells, kind), gradients_at_nodes(points, cells, kind)
-    whole = around_nodes(cells, areas, len(points))
+    (areas, mean), own, X = areas_and_means(points, cells, kind), gradients_at_nodes(points, cells, kind), points[cells]
     found = np.zeros((len(x), len(points), 4))
-    for now, sums in zip(x, found, strict=True):
-        in_cells = _in_cells(points[cells], now[cells], mean, own, materials)
-        np.add.at(sums, cells, areas[:, None, None] * in_cells)
-    found /= whole[:, None]
+    for places, sums in zip(x, found, strict=True):
+        now = places[cells]
+        F = np.einsum("cna,cnx->cax", now - now[:, :1], mean)
+        a, b = F[:, 0, 0] + F[:, 1, 1], F[:, 1, 0] - F[:, 0, 1]
+        size = np.hypot(a, b)
+        c, s = a / size, b / size
+        R = np.stack([np.stack([c, -s], axis=1), np.stack([s, c], axis=1)], axis=1)
+        d = np.einsum("cab,cna->cnb", R, now - now[:, :1]) - (X - X[:, :1])
+        S = _elastic(np.einsum("cna,cknx->ckax", d, own), materials)
+        np.add.at(sums, cells, areas[:, None, None] * _listed(np.einsum("cai,ckij,cbj->ckab", R, S, R), materials))
+    found /= around_nodes(cells, areas, len(points))[:, None]
     return found
 
 
@@ -117,18 +123,6 @@ def linear_stresses(points: Array, cells: Indices, kind: str, materials: Array, 
         np.add.at(sums, cells, areas[:, None, None] * _listed(S, materials))
     found /= around_nodes(cells, areas, len(points))[:, None]
     return found
-
-
-def _in_cells(X: np.ndarray, x: np.ndarray, mean: np.ndarray, own: np.ndarray, materials: np.ndarray) -> np.ndarray:
-    """Stresses (m, k, 4) at the nodes of all cells."""
-    F = np.einsum("cna,cnx->cax", x - x[:, :1], mean)
-    a, b = F[:, 0, 0] + F[:, 1, 1], F[:, 1, 0] - F[:, 0, 1]
-    size = np.hypot(a, b)
-    c, s = a / size, b / size
-    R = np.stack([np.stack([c, -s], axis=1), np.stack([s, c], axis=1)], axis=1)
-    d = np.einsum("cab,cna->cnb", R, x - x[:, :1]) - (X - X[:, :1])
-    H = np.einsum("cna,cknx->ckax", d, own)
-    return _listed(np.einsum("cai,ckij,cbj->ckab", R, _elastic(H, materials), R), materials)
 
 
 def _elastic(H: np.ndarray, materials: np.ndarray) -> np.ndarray:
@@ -150,8 +144,7 @@ def _listed(S: np.ndarray, materials: np.ndarray) -> np.ndarray:
 def von_mises(stress: np.ndarray) -> np.ndarray:
     """Von Mises stress [Pa] of stresses (..., 4) sx, sy, txy, sz."""
     sx, sy, txy, sz = np.moveaxis(stress, -1, 0)
-    half = 0.5 * ((sx - sy) ** 2 + (sy - sz) ** 2 + (sz - sx) ** 2)
-    return np.asarray(np.sqrt(half + 3.0 * txy**2))
+    return np.asarray(np.sqrt(0.5 * ((sx - sy) ** 2 + (sy - sz) ** 2 + (sz - sx) ** 2) + 3.0 * txy**2))
 
 
 # Stresses at the nodes of plane bodies as a linear function of small displacements; principal stresses
@@ -226,9 +219,9 @@ def von_mises_square(sx, sy, t, sz):
     return 0.5 * (a * a + b * b + c * c) + 3.0 * t * t
 
 
-@fast
-def largest_stress(p, q):
-    """Largest nodal von Mises stress, and the number of its node."""
+@extremum_kernel
+def peak_stress_kernel(p, t, q, v, a, least):
+    """Largest nodal von Mises stress [Pa], and the number of its node."""
     n, m = int(p[NODES]), int(p[WIDTH])
     x, S = stack_space(2 * n), stack_space(PARTS * n)
     turned_arms(p, q, S)
@@ -245,12 +238,6 @@ def largest_stress(p, q):
         if not found <= largest:  # also what is not a number
             largest, where = found, k
     return math.sqrt(largest), float(where)
-
-
-@extremum_kernel
-def peak_stress_kernel(p, t, q, v, a, least):
-    """Largest nodal von Mises stress [Pa], and the number of its node."""
-    return largest_stress(p, q)
 
 
 def peak_stress_signal(

@@ -14,7 +14,7 @@ import scipy.sparse.linalg as sla
 from flexmb import checks
 from flexmb.elastic.planes.forms import lowest
 from flexmb.elastic.planes.stress import von_mises
-from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, ElasticModel, Sparse, inertia_loads
+from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, ElasticModel, inertia_loads
 from flexmb.elastic.reduced.kernel import FIRST
 from flexmb.elastic.reduced.superelement import Superelement, left_out
 from flexmb.errors import InputError
@@ -110,7 +110,12 @@ class Comparison:
     def frequencies(self, count: int) -> Array:
         """(k, 2) lowest frequencies of both bodies, without rigid motions [Hz]."""
         own = la.eigh(*self.own, eigvals_only=True)[self.rigid :][:count]
-        full = _lowest(*self.full, len(own), self.rigid, float(own[0]) if len(own) else 1.0)
+        (K, M), wanted = self.full, len(own) + self.rigid
+        if K.shape[0] <= DENSE or wanted >= K.shape[0] - 1:
+            full = la.eigh(K.toarray(), M.toarray(), eigvals_only=True)[self.rigid : wanted]
+        else:
+            shift = -SHIFT * (float(own[0]) if len(own) else 1.0) if self.rigid else 0.0
+            full = lowest(K, M, wanted, shift)[0][self.rigid :]
         return np.asarray(np.sqrt(np.stack([full, own], axis=1)) / (2.0 * math.pi))
 
     def statics(self, forces: Array) -> tuple[Array, Array]:
@@ -141,8 +146,7 @@ class Comparison:
         else:
             stresses = (np.moveaxis(self.model.stresses(found), 2, 0) for found in (full, own - full))
             stress, wrong = (von_mises(one).max(axis=1) for one in stresses)
-        columns = (found.tolist() for found in (sizes, errors, stress, wrong))
-        rows = zip(*columns, strict=True)
+        rows = zip(*(found.tolist() for found in (sizes, errors, stress, wrong)), strict=True)
         return [LoadAccuracy(size, _over(error, size), of, _over(off, of)) for size, error, of, off in rows]
 
 
@@ -185,14 +189,6 @@ def _forces(model: ElasticModel, name: str, load: Load) -> Array:
     return np.asarray(model.shape.T @ values.ravel())
 
 
-def _lowest(K: Sparse, M: Sparse, count: int, rigid: int, scale: float) -> Array:
-    """Lowest squared angular frequencies (count,), without rigid motions; `scale` is about the first of them."""
-    n, wanted = K.shape[0], count + rigid
-    if n <= DENSE or wanted >= n - 1:
-        return np.asarray(la.eigh(K.toarray(), M.toarray(), eigvals_only=True)[rigid:wanted])
-    return lowest(K, M, wanted, -SHIFT * scale if rigid else 0.0)[0][rigid:]
-
-
 def _lengths(model: ElasticModel, displacements: Array) -> Array:
     """(k,) largest displacements of the points."""
     moved = np.asarray(model.shape @ displacements)
@@ -216,8 +212,7 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
     if shape.weights:
         weights = np.array(shape.weights)
         along = (weights * poses[..., :2]).sum(axis=(1, 2))
-        across = (weights[:, 0] * poses[..., 1] - weights[:, 1] * poses[..., 0]).sum(axis=1)
-        angle = np.arctan2(across, along)
+        angle = np.arctan2((weights[:, 0] * poses[..., 1] - weights[:, 1] * poses[..., 0]).sum(axis=1), along)
         turns = poses[:, 0, 2] - reference[0, 2] - angle
         angle = angle + 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]

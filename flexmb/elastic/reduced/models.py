@@ -122,8 +122,7 @@ class Element(NamedTuple):
         """Points beside the axis at distances `half` (4,), to the left > 0, and their displacements, as `points`."""
         points, moved = self.points()
         u1, u2 = self.free
-        slope = self.slopes @ np.array([0.0, u1, 0.0, u2])
-        turned = self.slopes @ self.bending
+        slope, turned = self.slopes @ np.array([0.0, u1, 0.0, u2]), self.slopes @ self.bending
         moved[0::2] -= (half * np.cos(slope))[:, None] * turned
         moved[1::2] -= (half * np.sin(slope))[:, None] * turned
         return points + half[:, None] * np.stack([-np.sin(slope), np.cos(slope)], axis=1) @ self.turn[:2, :2], moved
@@ -287,7 +286,15 @@ class BeamModel:
         return self._assembled(force * element.string() for element, force in forces)
 
 
-def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
+# What a reduced body asks of the body with all its nodes, by its class
+
+Reducible: TypeAlias = FlexibleBody | PlaneBody  # bodies that can be reduced
+
+
+def model_of(body: Reducible, pins: Sequence[str]) -> ElasticModel:
+    """Elastic model of a body with pins where parts are attached; its other pins are left out."""
+    if not isinstance(body, PlaneBody):
+        return BeamModel(body, pins).model()
     kept = [interface for interface in body.interfaces if interface.name in pins]
     if not kept:
         raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
@@ -318,11 +325,6 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
     )  # fmt: skip
 
 
-# What a reduced body asks of the body with all its nodes, by its class
-
-Reducible: TypeAlias = FlexibleBody | PlaneBody  # bodies that can be reduced
-
-
 def attachable(body: Reducible) -> tuple[Node, ...]:
     """Nodes where parts may be attached."""
     return body.pin_nodes if isinstance(body, PlaneBody) else body.nodes()
@@ -341,16 +343,10 @@ def place_of(body: Reducible, pins: Sequence[str]) -> tuple[tuple[float, float],
     return (first.x, first.y), first.theta
 
 
-def model_of(body: Reducible, pins: Sequence[str]) -> ElasticModel:
-    """Elastic model of a body with pins where parts are attached; its other pins are left out."""
-    return _model_of_plane(body, pins) if isinstance(body, PlaneBody) else BeamModel(body, pins).model()
-
-
 def key_of(body: Reducible, pins: Sequence[str]) -> Hashable:
     """All that the elastic model of a body with pins depends on, but its label, damping and place."""
     if isinstance(body, PlaneBody):
         kinds = tuple((interface.name, interface.kind) for interface in body.interfaces if interface.name in pins)
         return body.mesh, body.thickness, body.material, body.state, kinds
     pivot = float(getattr(body, "pivot_inertia", 0.0))
-    corners = body.corners, body.corner_points
-    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
+    return tuple(pins), body.nodes(), body.beams, (body.corners, body.corner_points), body._bosses, pivot

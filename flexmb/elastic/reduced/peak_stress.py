@@ -98,10 +98,10 @@ def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
     return best
 
 
-@fast
-def largest_stress(p, q, least, x):
-    """Largest nodal von Mises stress, and the number of its node; zeros where it is surely not above `least`."""
-    n, S = int(p[kernel.COUNT]), side_by_side()
+@extremum_kernel
+def peak_stress_kernel(p, t, q, v, a, least):
+    """Largest nodal von Mises stress [Pa], and the number of its node; 0 where it is surely not above `least`."""
+    n, S, x = int(p[kernel.COUNT]), side_by_side(), scratch()
     e, y = part_of(x[kernel.T1], 0, n), part_of(x[kernel.T2], 0, n)
     c, s, angle, _ = kernel.frame_of(p, q)
     kernel.deformation(p, q, c, s, angle, x)
@@ -134,12 +134,6 @@ def largest_stress(p, q, least, x):
     if largest == floor:
         return 0.0, 0.0
     return math.sqrt(largest), where
-
-
-@extremum_kernel
-def peak_stress_kernel(p, t, q, v, a, least):
-    """Largest nodal von Mises stress [Pa], and the number of its node; 0 where it is surely not above `least`."""
-    return largest_stress(p, q, least, scratch())
 
 
 def peak_stress_signal(
@@ -175,8 +169,7 @@ def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.nd
     rows = -(-len(sets) // LANES)
     both = np.zeros((rows * LANES, 1 + parts, n))
     for k, nodes in enumerate(sets):
-        apart = metric[nodes] - metric[nodes].mean(axis=0)
-        both[k, 0] = np.sqrt((apart**2).sum(axis=1)).max(axis=0)
+        both[k, 0] = np.sqrt(((metric[nodes] - metric[nodes].mean(axis=0)) ** 2).sum(axis=1)).max(axis=0)
         both[k, 1:] = stresses[nodes].mean(axis=0)
     both = both.reshape(rows, LANES, 1 + parts, n)
     return _side_by_side(both[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), both[:, :, 1:])

@@ -178,8 +178,7 @@ class Reduced(MeshBody):
         """Largest distance of two pins [m]; 0 where they stand at one place."""
         points = [(pin.x, pin.y) for pin in self._pins]
         found = max(planar.distance(a, b) for a in points for b in points)
-        far = max(abs(x) for point in points for x in point)
-        return found if found > ROUND_OFF * far else 0.0
+        return found if found > ROUND_OFF * max(abs(x) for point in points for x in point) else 0.0
 
     @cached_property
     def _key(self) -> Hashable:

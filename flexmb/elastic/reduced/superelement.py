@@ -145,9 +145,10 @@ def of_stiffness(p, c0, c1, vector_in, target, work):
         target[i] = c0 * target[i] + c1 * work[i]
 
 
-@fast
-def load_tangent(p, q, x, y, r, K):
-    """Residual r (n,) and tangent K (n, n)."""
+@element_kernel
+def reduced_load_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Load on the mesh of a reduced body; q, r (n,), K (n, n)."""
+    x, y = kernel.scratch(), second_scratch()
     c, s, c0, c1, m = load_force(p, q, x, y, r)
     changes(p, c0, c1, x, y)
     n, kind, stiffens, at = int(p[kernel.COUNT]), p[KIND], p[STIFFENS] != 0.0, edge_matrices(p)
@@ -198,12 +199,6 @@ def curve(g, i, m):
     if i % 3 == 0:
         return m * g[i + 1]
     return -m * g[i - 1] if i % 3 == 1 else 0.0
-
-
-@element_kernel
-def reduced_load_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Load on the mesh of a reduced body; q, r (n,), K (n, n)."""
-    load_tangent(p, q, kernel.scratch(), second_scratch(), r, K)
 
 
 @signal_kernel
@@ -302,8 +297,7 @@ def superelement(
     against[:, :2] -= free[:, :2]
     D = _modal_damping(matrices["M"], K, ratios) + mass_damping * (against.T @ matrices["M"] @ against)
     matrices |= {"K": K, "D": D}
-    zero = np.zeros((n, n))
-    centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
+    centrifugal, shortening = _stiffening(found, K, free) if stiffening else (np.zeros((n, n)), np.zeros((0, n, n)))
     pins, along = len(found.model.pins), _directions(found, shortening)
     return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, along)
 
@@ -343,15 +337,13 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     # inertia or loads, Q of all coordinates; Kc is of the stress that these leave.
     # Equation (12.10) of docs/theory/reduced.md.
     model, n, m = found.model, len(K), found.model.count
-    first = np.array([model.pins[0].x, model.pins[0].y])
-    centrifugal = stiffness_under(found, model.force_of(model.points - first))
+    centrifugal = stiffness_under(found, model.force_of(model.points - np.array([model.pins[0].x, model.pins[0].y])))
     inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
     static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, kernel.FIRST :]
     if not static.shape[1]:
         return centrifugal, np.zeros((0, n, n))
     stiff = np.stack([_reduced_stiffness(found, column, free) for column in static.T])
-    flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
-    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+    return centrifugal, np.einsum("ab,bij->aij", np.linalg.inv(static.T @ (model.stiffness @ static)), stiff)
 
 
 def _directions(found: Basis, shortening: Array) -> Array:

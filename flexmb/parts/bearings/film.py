@@ -14,13 +14,12 @@ from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import solveh_banded
+import scipy.linalg
 
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled
 
-# Kinds of films, as parameters of the kernels hold them.
-SHORT, LONG, TABLE, PADS = 0.0, 1.0, 2.0, 3.0
+SHORT, LONG, TABLE, PADS = 0.0, 1.0, 2.0, 3.0  # kinds of films, as parameters of the kernels hold them
 TABLE_BEGIN = 13  # number of parameters before those of a table
 # Extents of a film: where its pressure is positive; from the widest to the narrowest gap in the sense of the spin
 # beside the line of centres, whatever the squeeze; all round.
@@ -69,27 +68,6 @@ def end_terms(eps, alpha, whole):
 
 
 @compiled
-def long_weights(eps, alpha, whole):
-    """Integrals of cos^2, sin cos, sin^2 times 6 (2 + eps cos)/H^2, and their derivatives by eps."""
-    I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
-    s2 = 1.0 - eps * eps
-    s, r = math.sqrt(s2), eps / s2
-    f3 = 1.0 / (s2 * s)
-    f4, f5 = f3 / s, f3 / s2
-    e_xy, e_xx, e_xy_e, e_xx_e = end_terms(eps, alpha, whole)
-    m, k, k_e = 2.0 + eps * eps, 3.0 * eps, 3.0
-    sine, across = f3 * Iss, f4 * (Isc - eps * Is)
-    along = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I)  # cos^2/H^3, then cos/H^3
-    plain = f5 * ((1.0 + eps * eps) * Ic - eps * (Icc + I))
-    sine_e, across_e = 3.0 * r * sine + f3 * Jss, 4.0 * r * across + f4 * (Jsc - eps * Js - Is)
-    along_e = 5.0 * r * along + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
-    plain_e = 5.0 * r * plain + f5 * ((1.0 + eps * eps) * Jc - eps * (Jcc + J) + 2.0 * eps * Ic - Icc - I)
-    cc, sc, ss = e_xy + 2.0 * sine, -e_xx - 2.0 * across, -e_xy + m * along + k * plain
-    ss_e = -e_xy_e + 2.0 * eps * along + m * along_e + k_e * plain + k * plain_e
-    return 6.0 * cc, 6.0 * sc, 6.0 * ss, 6.0 * (e_xy_e + 2.0 * sine_e), -6.0 * (e_xx_e + 2.0 * across_e), 6.0 * ss_e
-
-
-@compiled
 def film_force(kind, extent, eps, a, b):
     """Force over its scale, outwards and along +theta, and derivatives of both by eps, a and b: eight numbers."""
     # The pressure is zero at the ends of a positive film, so their motion adds nothing to first order.
@@ -99,18 +77,23 @@ def film_force(kind, extent, eps, a, b):
         k_e = -eps * k * k
     whole = extent == WHOLE
     alpha = math.atan2(a if extent == POSITIVE else 0.0, k * b)
-    if kind == LONG:
-        cc, sc, ss, cc_e, sc_e, ss_e = long_weights(eps, alpha, whole)
-    else:
-        # Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps
-        I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
-        s2 = 1.0 - eps * eps
-        s, r = math.sqrt(s2), eps / s2
-        f3 = 1.0 / (s2 * s)
-        f4, f5 = f3 / s, f3 / s2
-        cc, sc, ss = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I), f4 * (Isc - eps * Is), f3 * Iss
-        cc_e = 5.0 * r * cc + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
-        sc_e, ss_e = 4.0 * r * sc + f4 * (Jsc - eps * Js - Is), 3.0 * r * ss + f3 * Jss
+    # Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps
+    I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
+    s2 = 1.0 - eps * eps
+    s, r = math.sqrt(s2), eps / s2
+    f3 = 1.0 / (s2 * s)
+    f4, f5 = f3 / s, f3 / s2
+    cc, sc, ss = f5 * (Icc - 2.0 * eps * Ic + eps * eps * I), f4 * (Isc - eps * Is), f3 * Iss
+    cc_e = 5.0 * r * cc + f5 * (Jcc - 2.0 * eps * Jc + eps * eps * J - 2.0 * Ic + 2.0 * eps * I)
+    sc_e, ss_e = 4.0 * r * sc + f4 * (Jsc - eps * Js - Is), 3.0 * r * ss + f3 * Jss
+    if kind == LONG:  # of the same times 6 (2 + eps cos) H
+        m, n, n_e = 2.0 + eps * eps, 3.0 * eps, 3.0
+        plain = f5 * ((1.0 + eps * eps) * Ic - eps * (Icc + I))  # of cos over H^3
+        plain_e = 5.0 * r * plain + f5 * ((1.0 + eps * eps) * Jc - eps * (Jcc + J) + 2.0 * eps * Ic - Icc - I)
+        e_xy, e_xx, e_xy_e, e_xx_e = end_terms(eps, alpha, whole)
+        ends = -e_xy_e + 2.0 * eps * cc + m * cc_e + n_e * plain + n * plain_e
+        cc, sc, ss = 6.0 * (e_xy + 2.0 * ss), 6.0 * (-e_xx - 2.0 * sc), 6.0 * (-e_xy + m * cc + n * plain)
+        cc_e, sc_e, ss_e = 6.0 * (e_xy_e + 2.0 * ss_e), -6.0 * (e_xx_e + 2.0 * sc_e), 6.0 * ends
     Fr, Ft = k * b * sc - a * cc, k * b * ss - a * sc
     Fr_e, Ft_e = k * b * sc_e + k_e * b * sc - a * cc_e, k * b * ss_e + k_e * b * ss - a * sc_e
     return Fr, Ft, Fr_e, Ft_e, -cc, k * sc, -sc, k * ss
@@ -181,12 +164,9 @@ def pressures(kind: float, extent: float, eps: float, a: float, b: float, theta:
 # a linear complementarity problem. Its forces are homogeneous in (a, b), so with s = sqrt(1 - eps^2) they are a size,
 # hypot(a, s b), times a function of the eccentricity and of beta = atan2(a, s b): squeeze counts more in a narrow gap.
 
-# Number of cells around the bearing and on half of its width.
-CELLS, LAYERS = 96, 12
-# Number of values of -log(1 - eps) and of beta in a table.
-ECCENTRICITIES, ANGLES = 26, 48
-# Least film over the clearance in a table.
-THINNEST = 1e-3
+CELLS, LAYERS = 96, 12  # number of cells around the bearing and on half of its width
+ECCENTRICITIES, ANGLES = 26, 48  # number of values of -log(1 - eps) and of beta in a table
+THINNEST = 1e-3  # least film over the clearance in a table
 LEVEL = -math.log(THINNEST) / (ECCENTRICITIES - 1)  # step of -log(1 - eps)
 ROUND_OFF = 1e-13  # source over the largest one that is none
 COARSEST = 12  # number of cells around from which the part of the film with P > 0 is found by itself
@@ -268,24 +248,13 @@ def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndar
         for k in {0, n - 1}:  # rows and columns without film are those of the identity
             own[k, n - k :] *= film[n - k :] & film[: -(n - k)]
         own[n][~film] = 1.0
-        P: np.ndarray = solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
-        slack = f - _times(bands, P)  # what would press where there is no film
+        P: np.ndarray = scipy.linalg.solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
+        slack = f - scipy.linalg.blas.dsbmv(n, 1.0, bands, P)  # what would press where there is no film
         now = np.where(film, P > 0.0, slack > ROUND_OFF * np.abs(f).max())
         if np.array_equal(now, film):
             return P
         film = now
     raise SolveError(f"The part of a finite film with pressure was not found in {MOST_SETS} iterations.")
-
-
-def _times(bands: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Product of a symmetric matrix in upper bands with x."""
-    n = len(bands) - 1
-    y: np.ndarray = bands[n] * x
-    for k in {0, n - 1}:
-        d = n - k
-        y[:-d] += bands[k, d:] * x[d:]
-        y[d:] += bands[k, d:] * x[:-d]
-    return y
 
 
 @lru_cache(maxsize=64)
@@ -337,8 +306,7 @@ def periodic_splines(values: np.ndarray) -> np.ndarray:
 @compiled
 def table_place(p, eps, beta):
     """Cell of a table, by its first coefficient, and the place in it, 0 to 1 along both axes."""
-    x = -math.log(1.0 - eps) / p[STEP]
-    y = (beta / (2.0 * math.pi) + 1.0) * (p[COLUMNS] - 3.0)
+    x, y = -math.log(1.0 - eps) / p[STEP], (beta / (2.0 * math.pi) + 1.0) * (p[COLUMNS] - 3.0)
     i, j = min(int(x), int(p[ROWS]) - 4), int(y)
     return i, j % (int(p[COLUMNS]) - 3), x - i, y - j
 

@@ -53,11 +53,7 @@ class FilmEquilibrium:
 def equilibrium(
     label: str, p: tuple[float, ...], play: float, load: float, speed: float, direction: float
 ) -> FilmEquilibrium:
-    """Equilibrium of a film of parameters `p` under a `load` [N] at a `speed` [rad/s], at eccentricities up to `play`.
-
-    `direction`: of the load in the bearing [rad].  An `InputError` in the name of `label` tells a load that the film
-    cannot carry.
-    """
+    """Equilibrium of a film of parameters `p` at eccentricities up to `play`, see `JournalBearing.equilibrium`."""
     direction = checks.number(label, "direction", direction, "rad")
     load, speed = checks.positive(label, "load", load, "N"), checks.number(label, "speed", speed, "rad/s")
     if speed == 0.0:
@@ -92,16 +88,14 @@ def equilibrium(
     for k in range(4):
         numbers[kernels.CHOSEN] = k
         told.append(kernels.film_signal.dispatcher(numbers, 0.0, q, v, v))
-    attitude = math.atan2(axes[1, 0], axes[0, 0])
-    eps, (thickness, pressure, power, flow) = float(e / numbers[kernels.CLEARANCE]), told
-    return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
+    (thickness, pressure, power, flow), attitude = told, math.atan2(axes[1, 0], axes[0, 0])
+    place = float(e / numbers[kernels.CLEARANCE]), attitude, K, B
+    return FilmEquilibrium(*place, thickness, pressure, power, flow, *_whirl(K, B, speed))
 
 
 def _turns(p: np.ndarray, under: Callable[[float], float], speed: float, direction: float) -> list[float]:
-    """Angles of a bearing with grooves for which the film carries a load along `direction` with the journal at (e, 0).
-
-    `under`: eccentricity e by angle.  First is the angle to which the load's own direction is nearest, ahead in spin.
-    """
+    """Angles of a bearing with grooves for which the film carries a load along a direction, its journal at (e, 0)."""
+    # `under`: eccentricity e by angle. First is the angle to which the load's own direction is nearest, ahead in spin.
     if p[kernels.KIND] != PADS:
         return [0.0]
 
@@ -270,8 +264,7 @@ class JournalBearing(Oiled, RevoluteClearance):
         """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""
         own = self.film.numbers(self.bearing_radius, self.clearance)
         own |= {kernels.HEIGHT: self.roughness, kernels.CHOSEN: 0.0}
-        own |= {kernels.OFFSET1_X: first[0], kernels.OFFSET1_Y: first[1]}
-        own |= {kernels.OFFSET2_X: second[0], kernels.OFFSET2_Y: second[1]}
+        own |= dict(enumerate((*first, *second), kernels.OFFSET1_X))
         thinnest = kernels.KEPT * self.roughness / self.clearance
         return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
 

@@ -24,16 +24,12 @@ KEPT = 0.5
 
 @kernels.compiled
 def relative(p, q, v):
-    """Arms of both points, eccentricity, rates u beside the mean spin, that spin; length and direction n of the former.
-
-    Without an eccentricity n is along x.
-    """
+    """Arms of both points, eccentricity, rates u beside the mean spin, the spin; size and direction n of the former."""
     ax, ay, bx, by, ex, ey = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     spin = 0.5 * (v[2] + v[5])
-    ux = v[3] - by * v[5] - v[0] + ay * v[2] + spin * ey
-    uy = v[4] + bx * v[5] - v[1] - ax * v[2] - spin * ex
+    ux, uy = v[3] - by * v[5] - v[0] + ay * v[2] + spin * ey, v[4] + bx * v[5] - v[1] - ax * v[2] - spin * ex
     size = math.sqrt(ex * ex + ey * ey)
-    nx, ny = (ex / size, ey / size) if size > 0.0 else (1.0, 0.0)
+    nx, ny = (ex / size, ey / size) if size > 0.0 else (1.0, 0.0)  # along x without an eccentricity
     return ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny
 
 
@@ -57,10 +53,8 @@ def eccentricity(p, size):
 
 @kernels.compiled
 def force(p, turn, size, nx, ny, ux, uy):
-    """Force on the journal along n and t, its derivatives by the eccentricity, a and b; a and b; derivatives by `turn`.
-
-    `turn`: angle of the bearing, which counts where the oil comes from grooves.
-    """
+    """Force on the journal along n and t, derivatives by the eccentricity, a and b; a and b; derivatives by `turn`."""
+    # `turn`: angle of the bearing, which counts where the oil comes from grooves.
     c, S = p[CLEARANCE], p[FORCE]
     eps, eps_e = eccentricity(p, size)
     a, b = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c

@@ -76,25 +76,18 @@ class ClosedFilm(Film):
     _: KW_ONLY
     cavitation: str = field(
         '"positive": the film is where its pressure is positive; "half": from the widest to the narrowest gap, also '
-        'with squeeze, as often published; "none": all round',
-        rule=one_of(*EXTENTS),
-        default="positive",
-    )
+        'with squeeze, as often published; "none": all round', rule=one_of(*EXTENTS), default="positive",
+    )  # fmt: skip
 
     @property
     def extent(self) -> float:
         return EXTENTS[self.cavitation]
 
     def pressures(
-        self,
-        radius: float,
-        clearance: float,
-        motion: tuple[float, float, float],
-        theta: np.ndarray,
+        self, radius: float, clearance: float, motion: tuple[float, float, float], theta: np.ndarray,
         widest: float,  # noqa: ARG002 - asked by others
-    ) -> np.ndarray:
-        found = film.pressures(self.kind, self.extent, *motion, theta)
-        return self.scales(radius, clearance)[PRESSURE] * found
+    ) -> np.ndarray:  # fmt: skip
+        return self.scales(radius, clearance)[PRESSURE] * film.pressures(self.kind, self.extent, *motion, theta)
 
 
 @record
@@ -155,8 +148,7 @@ class LongBearing(ClosedFilm):
 
 
 WIDEST, EVERYWHERE = "widest", "everywhere"
-# Least angle of film between two grooves [rad].
-NARROWEST = math.pi / 18.0
+NARROWEST = math.pi / 18.0  # least angle of film between two grooves [rad]
 
 
 @record
@@ -191,10 +183,8 @@ class FiniteBearing(Film):
     )
     grooves: Sequence[float] = field(
         "directions of axial grooves in the frame of the bearing's body, which supply the oil in place of `supply`",
-        "rad",
-        several(number, "angles"),
-        default=(),
-    )
+        "rad", several(number, "angles"), default=(),
+    )  # fmt: skip
     groove_width: float = field("angle that a groove takes", "rad", between(0.0, math.pi), default=math.pi / 9.0)
 
     kind = film.TABLE
@@ -269,10 +259,8 @@ class Oiled(Part):
         return self.clearance - self.roughness
 
 
-# Temperatures between which Walther's law is asked [degC].
-COLDEST, HOTTEST = -60.0, 250.0
-# Kinematic viscosity [mm^2/s] from which Walther's double logarithm exists.
-THINNEST_OIL = 0.3
+COLDEST, HOTTEST = -60.0, 250.0  # temperatures between which Walther's law is asked [degC]
+THINNEST_OIL = 0.3  # kinematic viscosity [mm^2/s] from which Walther's double logarithm exists
 ABSOLUTE = 273.15  # temperature of 0 degC [K]
 
 

@@ -36,22 +36,15 @@ PLACES, SHARES = (tuple(values) for values in np.polynomial.legendre.leggauss(NO
 
 @compiled
 def pose(p, q):
-    """Offset and tilt, direction of the guide, arm of the slider's point, and D from the first node to that point."""
+    """Offset and tilt, direction of the guide, arm of the slider's point, D to it; derivatives of travel and offset."""
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ux, uy = c1 * p[UX] - d1 * p[UY], d1 * p[UX] + c1 * p[UY]
     bx, by = c2 * p[S2X] - d2 * p[S2Y], d2 * p[S2X] + c2 * p[S2Y]
     Dx, Dy = q[3] + bx - q[0], q[4] + by - q[1]
     offset = ux * Dy - uy * Dx - p[UX] * p[S1Y] + p[UY] * p[S1X]
-    return offset, q[5] - q[2] - p[ANGLE], ux, uy, bx, by, Dx, Dy
-
-
-@compiled
-def rows(ux, uy, bx, by, Dx, Dy):
-    """Derivatives of travel and offset by q."""
-    return (
-        (-ux, -uy, ux * Dy - uy * Dx, ux, uy, uy * bx - ux * by),
-        (uy, -ux, -ux * Dx - uy * Dy, -uy, ux, ux * bx + uy * by),
-    )
+    along = -ux, -uy, ux * Dy - uy * Dx, ux, uy, uy * bx - ux * by
+    across = uy, -ux, -ux * Dx - uy * Dy, -uy, ux, ux * bx + uy * by
+    return offset, q[5] - q[2] - p[ANGLE], ux, uy, bx, by, Dx, Dy, along, across
 
 
 @compiled
@@ -136,8 +129,7 @@ def change(slopes, y, tau, U, rate, turning):
 @compiled
 def put_force(p, q, v, r):
     """r (6,) alone; energies, of which the film has the power that it takes."""
-    y, tau, ux, uy, bx, by, Dx, Dy = pose(p, q)
-    travel, offset = rows(ux, uy, bx, by, Dx, Dy)
+    y, tau, _, _, _, _, _, _, travel, offset = pose(p, q)
     U, rate, turning = rates(travel, offset, v)
     (Fx, Fy, T), _, _, _ = force(p, y, tau, U, rate, turning)
     put_residual(travel, offset, Fx, Fy, T, r)
@@ -147,8 +139,7 @@ def put_force(p, q, v, r):
 @compiled
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
-    y, tau, ux, uy, bx, by, Dx, Dy = pose(p, q)
-    travel, offset = rows(ux, uy, bx, by, Dx, Dy)
+    y, tau, ux, uy, bx, by, Dx, Dy, travel, offset = pose(p, q)
     U, rate, turning = rates(travel, offset, v)
     (Fx, Fy, T), of_Fx, of_Fy, of_T = force(p, y, tau, U, rate, turning)
     put_residual(travel, offset, Fx, Fy, T, r)
@@ -196,10 +187,9 @@ SIGNALS = (
 def guide_film_signal(p, t, q, v, a):
     """`CHOSEN`: place in `SIGNALS`; forces act on the slider."""
     which = int(p[CHOSEN])
-    y, tau, ux, uy, bx, by, Dx, Dy = pose(p, q)
+    y, tau, _, _, _, _, _, _, travel, offset = pose(p, q)
     if which == THICKNESS:
         return p[GAP] - abs(y) - p[HALF] * abs(tau)
-    travel, offset = rows(ux, uy, bx, by, Dx, Dy)
     U, rate, turning = rates(travel, offset, v)
     if which == PRESSURE:
         _, _, _, _, _, _, _, _, largest = pressed(p, y, tau, U, rate, turning)
@@ -255,5 +245,4 @@ class SliderBearing(Oiled, PrismaticClearance):
         }  # fmt: skip
         p = packed(numbers)
         signals = signal_contributions(self.name, guide_film_signal, SIGNALS, ideal.coordinates, p[:CHOSEN])
-        film = GUIDE_FILM.contribution(self.name, ideal.coordinates, p)
-        return [*super().contributions(mechanism), film, *signals]
+        return [*super().contributions(mechanism), GUIDE_FILM.contribution(self.name, ideal.coordinates, p), *signals]

@@ -16,7 +16,7 @@ from flexmb import checks, planar
 from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import BeamElements, outer_fibres
+from flexmb.elastic.beams.stress import outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.late import scipy
@@ -63,8 +63,7 @@ def field(
         if places is None:
             text = f"{label}: {name} is a function, but a frame has no coordinate along it."
             raise InputError(f"{text} Give one {form} per node, {nodes} in all, in the order of its nodes.")
-        function = cast("Callable[[float], object]", given)
-        given = tuple(function(s) for s in places)
+        given = tuple(cast("Callable[[float], object]", given)(s) for s in places)
         whence = "the function returns {!r} at s = {:g}"
     else:
         given = checks.sequence(label, name, given, f"{form}, one per node")
@@ -100,9 +99,7 @@ class RigidProperties:
     @staticmethod
     def of(parts: list[tuple[float, Point, float]]) -> RigidProperties:
         """Sum of rigid parts given as (mass, centre, inertia about the centre)."""
-        masses = np.array([m for m, _, _ in parts])
-        centres = np.array([c for _, c, _ in parts])
-        inertias = np.array([j for _, _, j in parts])
+        masses, centres, inertias = map(np.array, zip(*parts, strict=True))
         mass = float(masses.sum())
         centre = masses @ centres / mass
         inertia = inertias.sum() + masses @ ((centres - centre) ** 2).sum(axis=1)
@@ -116,11 +113,6 @@ class Bosses:
     masses: tuple[float, ...]
     inertia: float
     mean_mass: float
-
-    @property
-    def empty(self) -> bool:
-        """Whether nothing is added."""
-        return not any(self.masses) and self.inertia == 0.0 and self.mean_mass == 0.0
 
 
 def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corners: list[Point]) -> Bosses:
@@ -141,8 +133,7 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
     inertia = wanted.inertia - beam.inertia - beam.mass * float(shift @ shift)
     columns = [[1.0, *((p - centre) / radius), float((p - centre) @ (p - centre)) / radius**2] for p in places]
     columns.append([0.0, 0.0, 0.0, 1.0])  # the common moment of inertia, in units of mass radius^2
-    A = np.array(columns).T
-    b = np.array([mass, *((moment - mass * centre) / radius), inertia / radius**2])
+    A, b = np.array(columns).T, np.array([mass, *((moment - mass * centre) / radius), inertia / radius**2])
     x = _least_norm_not_negative(A, b, wanted.mass)
     if x is None:
         raise InputError(
@@ -228,8 +219,7 @@ def checked_elements(label: str, elements: object) -> Elements:
     """A number of elements, or increasing fractions of the length where inner nodes stand."""
     if isinstance(elements, (tuple, list, np.ndarray)):
         inner = tuple(checks.between(label, "elements", s, 0.0, 1.0) for s in elements)
-        full = (0.0, *inner, 1.0)
-        if any(b <= a for a, b in pairwise(full)):
+        if any(b <= a for a, b in pairwise((0.0, *inner, 1.0))):
             raise InputError(f"{label}: elements are {inner}; fractions must increase strictly between 0 and 1.")
         return inner
     return checks.count(label, "elements", elements)
@@ -368,13 +358,12 @@ def chord_directions(beam: Beam) -> list[float]:
     return corotational.tangents(beam.start, beam.end, beam.turn, middles)
 
 
-def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
-    """Elements of a beam, for strains."""
-    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
+def beam_strains(beam: Beam, nodes: Mapping[str, Node], poses: Sequence[Array]) -> Array:
+    """Largest strain (instants, elements) of the outer fibres of each element by x, y, theta of the nodes of a beam."""
+    stations, data = np.array(beam.stations), matrices(beam)
     outer = outer_fibres(beam.section, stations / stations[-1])
-    outer = np.maximum(outer[:-1], outer[1:])
-    ends = np.array([offsets[:-1], offsets[1:]])
-    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
+    own = np.array(_offsets(beam, nodes)), np.maximum(outer[:-1], outer[1:]), data.shear_shares.T, data.bow.T
+    return stress.strains(poses, np.diff(stations), *own, unstressed_shape(beam, data).T)
 
 
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravity: Point) -> tuple[BeamShape, ...]:
@@ -385,14 +374,11 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravit
         unstressed = unstressed_shape(beam, data)
         depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, gravity)):
-            ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
-            depth = (float(depths[k]), float(depths[k + 1]))
-            ends = (beam.nodes[k], beam.nodes[k + 1])
-            bending = p[corotational.B11], p[corotational.B12], p[corotational.B22]
-            angles = p[corotational.OFFSET1], p[corotational.OFFSET2]
-            length, axial = p[corotational.LENGTH], p[corotational.AXIAL]
+            length, axial, b11, b12, b22, *angles = p[: corotational.ZETA]
+            ei, depth = (float(data.ei[k, 0]), float(data.ei[k, 1])), (float(depths[k]), float(depths[k + 1]))
+            own = length, angles[0], angles[1], axial, (b11, b12, b22), ei, depth
             mass = p[corotational.GRAVITY_X : corotational.BOW11]
-            shape = BeamShape(part, *ends, length, *angles, axial, bending, ei, depth, mass=mass)
+            shape = BeamShape(part, beam.nodes[k], beam.nodes[k + 1], *own, mass=mass)
             shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))
             plain = not any(shares) and not beam.turn
             shapes.append(shape if plain else replace(shape, shear=shares, bow=bow, unstressed=free))
@@ -446,12 +432,11 @@ def nearest_node(
     for node in nodes:
         if (node.x, node.y) == point:
             return node
-    nearest = min(nodes, key=lambda n: planar.distance((n.x, n.y), point))
-    if planar.distance((nearest.x, nearest.y), point) <= 1e-6 * size:
-        return nearest
     by_distance = sorted(nodes, key=lambda n: planar.distance((n.x, n.y), point))
+    gap = planar.distance((by_distance[0].x, by_distance[0].y), point)
+    if gap <= 1e-6 * size:
+        return by_distance[0]
     near = ", ".join(f"{n.name} at ({n.x:.6g}, {n.y:.6g})" for n in by_distance[:3])
-    gap = planar.distance((nearest.x, nearest.y), point)
     text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies"
     raise InputError(f"{text} {gap:.3g} m from the nearest. Nodes nearby: {near}. Move the point there, {remedy}.")
 

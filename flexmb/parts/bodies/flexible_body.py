@@ -61,9 +61,8 @@ class FlexibleBody(ElasticBody):
     shear: bool | float = field("whether beams have shear, see above", default=False)
     stress: bool | None = field(
         "whether every accepted step looks for the largest stress, see above",
-        rule=instance(bool, "True, False or None"),
-        default=None,
-    )
+        rule=instance(bool, "True, False or None"), default=None,
+    )  # fmt: skip
     velocity: flexible.Triple | flexible.FieldLike | None = field(
         "(vx, vy, omega) at the start; None: as driven", default=None
     )
@@ -155,8 +154,7 @@ class FlexibleBody(ElasticBody):
         nodes, found_here = {node.name: node for node in self.nodes()}, []
         for beam in self.beams:
             names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
-            strains = flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1))
-            found_here.append(strains.max(axis=1))
+            found_here.append(flexible.beam_strains(beam, nodes, np.split(rows(names), 3, axis=1)).max(axis=1))
         return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:

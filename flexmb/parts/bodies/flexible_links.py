@@ -43,7 +43,18 @@ class Edges(Body):
     def __post_init__(self) -> None:
         super().__post_init__()
         edges = checks.sequence(self.label, "edges", self.edges, "pairs of corner numbers")
-        object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(edges)))
+        checked: list[Edge] = []
+        for i, edge in enumerate(edges):
+            try:
+                a, b = (checks.count(self.label, f"edges[{i}]", k, 0) for k in edge)
+            except (TypeError, ValueError) as error:
+                text = f"{self.label}: edges[{i}] is {edge!r}; it must be a pair of corner numbers."
+                raise InputError(text) from error
+            if max(a, b) >= len(self.points) or planar.distance(self.points[a], self.points[b]) <= 0.0:
+                text = f"{self.label}: edges[{i}] is {edge!r};"
+                raise InputError(f"{text} it must join two different corners of {len(self.points)}.")
+            checked.append((a, b))
+        object.__setattr__(self, "edges", tuple(checked))
         pairs = [frozenset(edge) for edge in self.edges]
         for i, pair in enumerate(pairs):
             if pair in pairs[:i]:
@@ -52,16 +63,6 @@ class Edges(Body):
         lonely = set(range(len(self.points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
-
-    def _checked_edge(self, i: int, edge: object) -> Edge:
-        try:
-            a, b = (checks.count(self.label, f"edges[{i}]", k, 0) for k in edge)  # type: ignore[attr-defined]
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{self.label}: edges[{i}] is {edge!r}; it must be a pair of corner numbers.") from error
-        if max(a, b) >= len(self.points) or planar.distance(self.points[a], self.points[b]) <= 0.0:
-            text = f"{self.label}: edges[{i}] is {edge!r};"
-            raise InputError(f"{text} it must join two different corners of {len(self.points)}.")
-        return a, b
 
 
 def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, ...]:
@@ -150,47 +151,28 @@ class FlexibleFrame(FlexibleBody, Edges):
         super().__post_init__()
         if isinstance(self.section, tuple) and len(self.section) != len(self.edges):
             raise InputError(f"{self.label}: {len(self.section)} sections for {len(self.edges)} edges; give one each.")
-        object.__setattr__(self, "elements", self._checked_elements())
-        object.__setattr__(self, "turns", self._checked_turns())
+        count, given, turns = len(self.edges), self.elements, self.turns
+        each = given if isinstance(given, (tuple, list)) and len(given) == count else (given,) * count
+        object.__setattr__(self, "elements", tuple(flexible.checked_elements(self.label, e) for e in each))
+        if isinstance(turns, Iterable) and not isinstance(turns, str):
+            turns = checks.sequence(self.label, "turns", turns, "angles in rad, one an edge")
+            if len(turns) != count:
+                raise InputError(f"{self.label}: {len(turns)} turns for {count} edges; give one each.")
+            turns = tuple(checked_turn(self.label, f"turns[{i}]", turn) for i, turn in enumerate(turns))
+        else:
+            turns = checked_turn(self.label, "turns", turns)
+        object.__setattr__(self, "turns", turns)
         self._check_fields(len(self.nodes()), None)
         _ = self._bosses  # refuses mass properties out of reach
 
-    def _checked_elements(self) -> tuple[Elements, ...]:
-        given = self.elements
-        if isinstance(given, (tuple, list)) and len(given) == len(self.edges):
-            return tuple(flexible.checked_elements(self.label, e) for e in given)
-        return (flexible.checked_elements(self.label, given),) * len(self.edges)
-
-    def _checked_turns(self) -> float | tuple[float, ...]:
-        given = self.turns
-        if not isinstance(given, Iterable) or isinstance(given, str):
-            return checked_turn(self.label, "turns", given)
-        turns = checks.sequence(self.label, "turns", given, "angles in rad, one an edge")
-        if len(turns) != len(self.edges):
-            raise InputError(f"{self.label}: {len(turns)} turns for {len(self.edges)} edges; give one each.")
-        return tuple(checked_turn(self.label, f"turns[{i}]", turn) for i, turn in enumerate(turns))
-
     @classmethod
     def from_mesh(
-        cls,
-        name: str,
-        path: str,
-        at: Point = (0.0, 0.0),
-        *,
-        angle: float = 0.0,
-        sections: Mapping[int, Section],
-        material: Material,
-        mass: float | None = None,
-        inertia: float | None = None,
-        centre: Point | None = None,
-        damping: float = 0.0,
-        mass_damping: float = 0.0,
-        rotary_inertia: bool | float | None = None,
-        shear: bool | float = False,
-        stress: bool | None = None,
-        velocity: Triple | Field | None = None,
+        cls, name: str, path: str, at: Point = (0.0, 0.0), *, angle: float = 0.0, sections: Mapping[int, Section],
+        material: Material, mass: float | None = None, inertia: float | None = None, centre: Point | None = None,
+        damping: float = 0.0, mass_damping: float = 0.0, rotary_inertia: bool | float | None = None,
+        shear: bool | float = False, stress: bool | None = None, velocity: Triple | Field | None = None,
         displacement: Field | None = None,
-    ) -> FlexibleFrame:
+    ) -> FlexibleFrame:  # fmt: skip
         """A frame from a mesh of line cells (any format of meshio); corners: beams meet, end or bend there.
 
         Parameters
@@ -212,19 +194,17 @@ class FlexibleFrame(FlexibleBody, Edges):
 
         mesh = read_lines(path)
         corners: dict[int, int] = {}
-        edges: list[tuple[int, int]] = []
-        elements, chosen = [], []
+        edges, beams = list[Edge](), []
         for nodes in members(mesh):
-            first, last = (corners.setdefault(int(n), len(corners)) for n in (nodes[0], nodes[-1]))
-            edges.append((first, last))
-            label, tags = f"FlexibleFrame {name!r}", {mesh.tag_of(nodes)}
-            beam = beam_of_mesh(label, path, tags, mesh.stations(nodes), sections)
-            elements.append(beam[0])
-            chosen.append(beam[1])
+            first = corners.setdefault(int(nodes[0]), len(corners))
+            edges.append((first, corners.setdefault(int(nodes[-1]), len(corners))))
+            own = {mesh.tag_of(nodes)}, mesh.stations(nodes)
+            beams.append(beam_of_mesh(f"FlexibleFrame {name!r}", path, *own, sections))
+        elements, chosen = zip(*beams, strict=True)
         places = (mesh.points[n].tolist() for n in corners)
         points = tuple(planar.from_frame(at, angle, (x, y)) for x, y, *_ in places)
         return cls(
-            name, points, tuple(edges), section=tuple(chosen), material=material, elements=tuple(elements), mass=mass,
+            name, points, tuple(edges), section=chosen, material=material, elements=elements, mass=mass,
             inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,
             shear=shear, stress=stress, velocity=velocity, displacement=displacement,
         )  # fmt: skip
@@ -325,26 +305,12 @@ class FlexibleLink(FlexibleBody, Bar):
 
     @classmethod
     def from_mesh(
-        cls,
-        name: str,
-        path: str,
-        start: Point,
-        end: Point,
-        *,
-        sections: Mapping[int, Section],
-        material: Material,
-        mass: float | None = None,
-        inertia: float | None = None,
-        centre: float = 0.5,
-        damping: float = 0.0,
-        mass_damping: float = 0.0,
-        pivot_inertia: float = 0.0,
-        rotary_inertia: bool | float | None = None,
-        shear: bool | float = False,
-        stress: bool | None = None,
-        velocity: Triple | FieldLike | None = None,
+        cls, name: str, path: str, start: Point, end: Point, *, sections: Mapping[int, Section], material: Material,
+        mass: float | None = None, inertia: float | None = None, centre: float = 0.5, damping: float = 0.0,
+        mass_damping: float = 0.0, pivot_inertia: float = 0.0, rotary_inertia: bool | float | None = None,
+        shear: bool | float = False, stress: bool | None = None, velocity: Triple | FieldLike | None = None,
         displacement: FieldLike | None = None,
-    ) -> FlexibleLink:
+    ) -> FlexibleLink:  # fmt: skip
         """A link with the nodes of a line mesh (any format of meshio), laid between two points.
 
         Parameters
@@ -432,16 +398,12 @@ class FlexibleLink(FlexibleBody, Bar):
         along = (self.centre * self.length, 0.0)
         if self.inertia is None:
             moment = planar.to_frame(self.start, self.angle, own.centre)[0] * own.mass
-            return point_bosses(self.label, own.mass, mass, (mass * along[0] - moment) / self.length)
+            second = (mass * along[0] - moment) / self.length
+            first = mass - own.mass - second
+            if min(first, second) < -1e-9 * mass:
+                text = f"{self.label}: mass {mass:g} kg cannot be reached by bosses at the ends: they would need"
+                text += f" {first:.4g} and {second:.4g} kg, since the beam alone weighs {own.mass:g} kg."
+                raise InputError(f"{text} Give a larger mass, a smaller section, or another centre.")
+            return flexible.Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)
         centre = own.centre if self.mass is None else planar.from_frame(self.start, self.angle, along)
         return flexible.fit_bosses(self.label, own, RigidProperties(mass, centre, self.inertia), [self.start, self.end])
-
-
-def point_bosses(label: str, beam_mass: float, mass: float, second: float) -> flexible.Bosses:
-    """Point masses at both ends, `second` at the end, that make mass and centre right, whatever the inertia."""
-    first = mass - beam_mass - second
-    if min(first, second) < -1e-9 * mass:
-        text = f"{label}: mass {mass:g} kg cannot be reached by bosses at the ends:"
-        text += f" they would need {first:.4g} and {second:.4g} kg, since the beam alone weighs {beam_mass:g} kg."
-        raise InputError(f"{text} Give a larger mass, a smaller section, or another centre.")
-    return flexible.Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)

@@ -202,10 +202,8 @@ class PointMass(Body):
     mass: float = field("mass", "kg", positive)
     velocity: tuple[float, float] | None = field(
         "(vx, vy) at the start; None: as joints and drives impose, with least kinetic energy",
-        "m/s",
-        vector,
-        default=None,
-    )
+        "m/s", vector, default=None,
+    )  # fmt: skip
 
     def nodes(self) -> tuple[Node, ...]:
         return (Node("", *self.at, 0.0),)
@@ -263,8 +261,7 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     friction = np.array(contribution.friction.parameters(), dtype=float)
     force = contribution.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
     ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
-    moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
-    return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
+    return bool(force != 0.0 or abs(ax * out[NORMAL_Y] - ay * out[NORMAL_X]) > NO_MOMENT * math.hypot(ax, ay))
 
 
 def _any(values: Any, *others: np.ndarray) -> bool:
@@ -328,9 +325,8 @@ class RigidBody(Body):
     theta: float = field("rotation in the reference configuration", "rad", default=0.0)
     velocity: tuple[float, float, float] | None = field(
         "(vx, vy, omega) at the start; None: as the drives impose, with least kinetic energy",
-        rule=Rule(checked_velocity),
-        default=None,
-    )
+        rule=Rule(checked_velocity), default=None,
+    )  # fmt: skip
     outline: Sequence[Point] = field(
         "polyline in pictures, or lines to joints", "m", several(point, "points"), default=()
     )
@@ -381,9 +377,8 @@ class RigidLink(Bar):
     centre: float = field("of mass, from start (0) to end (1)", rule=between(0.0, 1.0), default=0.5)
     velocity: tuple[float, float, float] | None = field(
         "(vx, vy, omega) of the centre of mass at the start; None: as the drives impose",
-        rule=Rule(checked_velocity),
-        default=None,
-    )
+        rule=Rule(checked_velocity), default=None,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         super().__post_init__()

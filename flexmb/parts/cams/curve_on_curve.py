@@ -38,8 +38,7 @@ from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion, refuse_one_body
 from flexmb.model.shape import RigidShape, Shapes
-from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line
-from flexmb.parts.cams.spans import common_normal, extreme, sampled
+from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line, common_normal, extreme, sampled
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
@@ -99,25 +98,6 @@ def middle_change(j, pair):
     turn, first, _ = travel(tau, w1, w2, distance, a1, b1, a2, b2)
     along, across = 0.5 * (nx * (u2x - u1x) + ny * (u2y - u1y)), first + 0.5 * distance * turn
     return u1x + along * nx - across * ny, u1y + along * ny + across * nx, turn
-
-
-@kernels.compiled
-def put_sliding(pair, lam, out, H):
-    """Output of a joint-friction kernel: load |lam|, and sliding at the middle between c1 and c2."""
-    _, _, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
-    half = 0.5 * distance
-    r1x, r1y, r2x, r2y = r1x + half * nx, r1y + half * ny, r2x - half * nx, r2y - half * ny
-    out[LOAD] = abs(lam[0])
-    out[LOAD_BY_LAM] = 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
-    J = row(-ny, nx, r1x, r1y, r2x, r2y)
-    for j in range(6):
-        out[SLIDING + j] = J[j]
-        X, Y, turn = middle_change(j, pair)
-        x1, y1 = X - (1.0 if j == 0 else 0.0), Y - (1.0 if j == 1 else 0.0)
-        x2, y2 = X - (1.0 if j == 3 else 0.0), Y - (1.0 if j == 4 else 0.0)
-        change = row_change(-ny, nx, -turn * nx, -turn * ny, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
-        for i in range(6):
-            H[i, j] = change[i]
 
 
 @kernels.compiled
@@ -195,8 +175,7 @@ def face_pair(p, q):
     x, y, _, _, bend = extreme(p, CURVE_UNDER_LINE, c1 * nx + s1 * ny, -s1 * nx + c1 * ny, False)
     x, y = q[0] + c1 * x - s1 * y, q[1] + s1 * x + c1 * y
     distance = (X - x) * nx + (Y - y) * ny
-    pair = with_arms(q, x, y, nx, ny, distance, 1.0, bend, 1.0, 0.0)
-    return pair, (x - X) * ux + (y - Y) * uy, X, Y
+    return with_arms(q, x, y, nx, ny, distance, 1.0, bend, 1.0, 0.0), (x - X) * ux + (y - Y) * uy, X, Y
 
 
 @kernels.compiled
@@ -281,8 +260,22 @@ def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 @kernels.joint_friction_kernel
 def sliding_kernel(p, q, lam, out, H):
-    """Load and sliding of the second curve, which does not roll on its body, on a closed curve."""
-    put_sliding(pair_of(p, q), lam, out, H)
+    """Load |lam|, and sliding at the middle between c1 and c2 of the second curve, which does not roll on its body."""
+    pair = pair_of(p, q)
+    _, _, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
+    half = 0.5 * distance
+    r1x, r1y, r2x, r2y = r1x + half * nx, r1y + half * ny, r2x - half * nx, r2y - half * ny
+    out[LOAD] = abs(lam[0])
+    out[LOAD_BY_LAM] = 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
+    J = row(-ny, nx, r1x, r1y, r2x, r2y)
+    for j in range(6):
+        out[SLIDING + j] = J[j]
+        X, Y, turn = middle_change(j, pair)
+        x1, y1 = X - (1.0 if j == 0 else 0.0), Y - (1.0 if j == 1 else 0.0)
+        x2, y2 = X - (1.0 if j == 3 else 0.0), Y - (1.0 if j == 4 else 0.0)
+        change = row_change(-ny, nx, -turn * nx, -turn * ny, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
+        for i in range(6):
+            H[i, j] = change[i]
 
 
 @kernels.gap_kernel
@@ -317,21 +310,17 @@ CURVES = pair_kernels("CURVES", curves_pair)  # pair of two closed curves
 TOLERANCE_LENGTH = 1e-3  # length by which tolerances of a run with contacts are scaled, over the size of the curve
 
 
-def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
-    """Node of the rigid body or ground that carries a curve; a flexible body is refused."""
-    body = mechanism.body(part, owner)
-    nodes = body.nodes()
-    if len(nodes) != 1:
-        text = f"{owner}: {body.label} is flexible and cannot carry a curve."
-        raise ModelError(f"{text} Fix a RigidBody with the curve to one of its nodes by Fixed(...).")
-    return nodes[0]
-
-
-def carriers(mechanism: Mechanism, pair: Any) -> tuple[tuple[Node, Node], tuple[Coordinate, ...]]:
-    """Nodes of both rigid bodies of a pair, which carry its curves, and their coordinates x, y, theta."""
-    first, second = (carrier(mechanism, part.name, pair.label) for part in (pair.first, pair.second))
-    own = node_coordinates(pair.first.name, first.name)
-    return (first, second), (*own, *node_coordinates(pair.second.name, second.name))
+def carriers(mechanism: Mechanism, owner: str, *bodies: Part) -> tuple[list[Node], tuple[Coordinate, ...]]:
+    """Nodes of both rigid bodies, or ground, that carry the curves of a pair, and their coordinates x, y, theta."""
+    found = []
+    for body in (mechanism.body(part.name, owner) for part in bodies):
+        nodes = body.nodes()
+        if len(nodes) != 1:
+            text = f"{owner}: {body.label} is flexible and cannot carry a curve."
+            raise ModelError(f"{text} Fix a RigidBody with the curve to one of its nodes by Fixed(...).")
+        found.append(nodes[0])
+    pairs = zip(bodies, found, strict=True)
+    return found, tuple(c for part, node in pairs for c in node_coordinates(part.name, node.name))
 
 
 def in_frame(node: Node, point: tuple[float, float]) -> tuple[float, float]:
@@ -340,7 +329,7 @@ def in_frame(node: Node, point: tuple[float, float]) -> tuple[float, float]:
 
 
 def curve_numbers(curve: ClosedCurve, node: Node) -> tuple[float, ...]:
-    """Numbers of a closed curve in the frame of a node, see `flexmb.parts.cams.spans`."""
+    """Numbers of a closed curve in the frame of a node, see `flexmb.parts.cams.curves`."""
     c, s = math.cos(node.theta), math.sin(node.theta)
     spans = curve.array.copy()
     spans[:, :, 0] -= (node.x, node.y)
@@ -393,8 +382,9 @@ def side_of(curve: ClosedCurve, line: Line) -> float:
 
 def pair_shapes(mechanism: Mechanism, pair: Any, *curves: Any) -> Shapes:
     """Curves of both bodies of a pair, or of the first one alone, as polylines for pictures."""
-    drawn = list(zip((pair.first.name, pair.second.name), carriers(mechanism, pair)[0], curves, strict=False))
-    return [RigidShape(part, at.name, (tuple(in_frame(at, p) for p in curve.drawing()),)) for part, at, curve in drawn]
+    bodies = pair.first, pair.second
+    drawn = zip(bodies, carriers(mechanism, pair.label, *bodies)[0], curves, strict=False)
+    return [RigidShape(b.name, at.name, (tuple(in_frame(at, p) for p in curve.drawing()),)) for b, at, curve in drawn]
 
 
 PULL = 1e-3  # pull of an ideal pair relative to its largest force, above which there is a remark
@@ -536,8 +526,7 @@ class CurveOnCurve(Pair):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         body, curve, second, other = self._ordered()
-        nodes = carrier(mechanism, body.name, self.label), carrier(mechanism, second.name, self.label)
-        coordinates = (*node_coordinates(body.name, nodes[0].name), *node_coordinates(second.name, nodes[1].name))
+        nodes, coordinates = carriers(mechanism, self.label, body, second)
         head, closed = (TOLERANCE_LENGTH * curve.size,), curve_numbers(curve, nodes[0])
         if isinstance(other, Line):
             start, end = in_frame(nodes[1], other.start), in_frame(nodes[1], other.end)
@@ -617,10 +606,9 @@ class PointOnCurve(Pair):
         check_distance(self, self.curve, CircularCurve(self.at, POINT * self.curve.size))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        nodes, coordinates = carriers(mechanism, self)
+        nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
         size, numbers = TOLERANCE_LENGTH * self.curve.size, curve_numbers(self.curve, nodes[0])
-        p = (size, *in_frame(nodes[1], self.at), 0.0, *numbers)
-        return ROLLER.contributions(self, coordinates, p)
+        return ROLLER.contributions(self, coordinates, (size, *in_frame(nodes[1], self.at), 0.0, *numbers))
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         return pair_shapes(mechanism, self, self.curve)

@@ -11,8 +11,7 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, record
-from flexmb.parts.cams.curves import ClosedCurve, point_array, tuples
-from flexmb.parts.cams.spans import crossing, sampled
+from flexmb.parts.cams.curves import ClosedCurve, crossing, point_array, sampled, tuples
 
 # Biarcs: smooth curves as chains of circular arcs with common tangents
 
@@ -21,12 +20,9 @@ MOST_PARTS = 64  # largest number of pairs of arcs of a span
 
 
 def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray] | None:
-    """Points (m, 2) and bulges (m,) of arcs within `tolerance` [m] of spans (n, 2, 8), or None if too many are needed.
-
-    Each part of a span becomes two arcs that share its ends and tangents, with equal tangent lengths.
-    Source: D. S. Meek, D. J. Walton, Approximation of discrete data by G1 arc splines, Computer-Aided Design 24 (1992)
-    301-306.
-    """
+    """Points (m, 2) and bulges (m,) of arcs within `tolerance` [m] of spans (n, 2, 8), or None for too many."""
+    # Each part of a span becomes two arcs that share its ends and tangents, with equal tangent lengths. Source: D. S.
+    # Meek, D. J. Walton, Approximation of discrete data by G1 arc splines, Computer-Aided Design 24 (1992) 301-306.
     parts = 1
     while parts <= MOST_PARTS:
         points, slopes = sampled(spans, parts), sampled(spans, parts, 1)
@@ -43,8 +39,7 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
         curve = sampled(spans, parts * TRIED_POINTS).reshape(len(points), TRIED_POINTS, 2)
         away = np.minimum(_distance(curve, points, joints, first), _distance(curve, joints, ends, second))
         if away.max() <= tolerance:
-            chain = np.stack([points, joints], axis=1).reshape(-1, 2)
-            return chain, np.stack([first, second], axis=1).ravel()
+            return np.stack([points, joints], axis=1).reshape(-1, 2), np.stack([first, second], axis=1).ravel()
         parts *= 2
     return None
 
@@ -114,7 +109,17 @@ class Outline(Input):
             k = int(np.argmin(chords))
             x, y = points[k]
             raise InputError(f"Outline: points {k} and {k + 1} are both ({x:.6g}, {y:.6g}) m; leave one of them out.")
-        points, bulges = _halved(points, bulges)
+        while np.any(np.abs(bulges) > LARGEST_BULGE * (1.0 + SMOOTH)):  # arcs of more than a quarter of a turn
+            corners, halves = [], []
+            for start, end, b in zip(points, np.roll(points, -1, axis=0), bulges, strict=True):
+                corners.append(start)
+                if abs(b) <= LARGEST_BULGE * (1.0 + SMOOTH):
+                    halves.append(b)
+                    continue
+                chord = end - start
+                corners.append(0.5 * (start + end) + 0.5 * b * np.array([chord[1], -chord[0]]))
+                halves += [math.tan(0.5 * math.atan(b))] * 2
+            points, bulges = np.array(corners), np.array(halves)
         polygon = _polygon(points, bulges)
         if planar.area(polygon) < 0.0:
             points, bulges = points[::-1], -np.roll(bulges[::-1], -1)
@@ -191,12 +196,9 @@ class Outline(Input):
 
     def hollow_corners(self) -> list[int]:
         """Numbers of the points at which the outline bends inwards."""
-        n, found = len(self.points), []
-        for k in range(n):
-            before, after = self.directions(k - 1 if k else n - 1)[1], self.directions(k)[0]
-            if before[0] * after[1] - before[1] * after[0] < -SMOOTH:
-                found.append(k)
-        return found
+        ends = [self.directions(k) for k in range(len(self.points))]
+        pairs = ((ends[k - 1][1], after) for k, (after, _) in enumerate(ends))
+        return [k for k, (a, b) in enumerate(pairs) if a[0] * b[1] - a[1] * b[0] < -SMOOTH]
 
     def chains(self, radius: float = 0.0) -> list[list[int]]:
         """Numbers of the pieces between hollow places for a circle of a `radius` [m], 0 for corners alone.
@@ -220,23 +222,6 @@ class Outline(Input):
         """Points of a closed polyline in the reference configuration [m], for pictures."""
         points = self.polygon
         return tuples(np.vstack([points, points[:1]]))  # type: ignore[no-any-return]
-
-
-def _halved(points: np.ndarray, bulges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and bulges of the outline with arcs of at most a quarter of a turn."""
-    while np.any(np.abs(bulges) > LARGEST_BULGE * (1.0 + SMOOTH)):
-        corners, found = [], []
-        for k, b in enumerate(bulges):
-            start, end = points[k], points[(k + 1) % len(points)]
-            corners.append(start)
-            if abs(b) <= LARGEST_BULGE * (1.0 + SMOOTH):
-                found.append(b)
-                continue
-            chord = end - start
-            corners.append(0.5 * (start + end) + 0.5 * b * np.array([chord[1], -chord[0]]))
-            found += [math.tan(0.5 * math.atan(b))] * 2
-        points, bulges = np.array(corners), np.array(found)
-    return points, bulges
 
 
 def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:

@@ -32,9 +32,8 @@ from flexmb.parts.cams.curve_on_curve import (
     signed_distance,
     with_arms,
 )
-from flexmb.parts.cams.curves import CircularCurve
+from flexmb.parts.cams.curves import CircularCurve, meeting
 from flexmb.parts.cams.outline import POINTED, ROUNDED, SMOOTH, Outline, RoundArc, rounds
-from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
 
 # Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
@@ -69,31 +68,22 @@ def foot_on_piece(p, k, X, Y):
 
 
 @compiled
-def straight_place(p, k, X, Y):
-    """Nearest point of the line of a straight piece, see `outline_place`."""
-    dx, dy = p[k + X1] - p[k + X0], p[k + Y1] - p[k + Y0]
-    length = math.sqrt(dx * dx + dy * dy)
-    nx, ny = dy / length, -dx / length
-    away = nx * (X - p[k + X0]) + ny * (Y - p[k + Y0])
-    return X - away * nx, Y - away * ny, nx, ny, away, 1.0, 0.0
-
-
-@compiled
-def arc_place(p, k, X, Y):
-    """Nearest point of the circle of an arc, see `outline_place`."""
-    wx, wy, R = X - p[k + ORIGIN_X], Y - p[k + ORIGIN_Y], p[k + BEND]
+def inner_place(p, k, X, Y):
+    """Nearest point of the line or circle of a piece, see `outline_place`."""
+    R = p[k + BEND]
+    if R == 0.0:
+        dx, dy = p[k + X1] - p[k + X0], p[k + Y1] - p[k + Y0]
+        length = math.sqrt(dx * dx + dy * dy)
+        nx, ny = dy / length, -dx / length
+        away = nx * (X - p[k + X0]) + ny * (Y - p[k + Y0])
+        return X - away * nx, Y - away * ny, nx, ny, away, 1.0, 0.0
+    wx, wy = X - p[k + ORIGIN_X], Y - p[k + ORIGIN_Y]
     size, turn = math.sqrt(wx * wx + wy * wy), (1.0 if R > 0.0 else -1.0)
     away = turn * size - R
     if size == 0.0:  # in the centre of the arc any of its points is nearest
         return p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY], away, abs(R), turn
     nx, ny = turn * wx / size, turn * wy / size
     return X - away * nx, Y - away * ny, nx, ny, away, abs(R), turn
-
-
-@compiled
-def inner_place(p, k, X, Y):
-    """Nearest point of the line or circle of a piece, see `outline_place`."""
-    return straight_place(p, k, X, Y) if p[k + BEND] == 0.0 else arc_place(p, k, X, Y)
 
 
 @compiled
@@ -253,8 +243,7 @@ def arc_of_round(p, first, X, Y, radius, ax, ay, bx, by, best):
             place = corner_place(p, k, X, Y) if at_corner else side_place(p, k, X, Y, radius)
             _, _, nx, ny, away, _, _ = place
             if abs(away - radius) < best[GAP] and within(-nx, -ny, ax, ay, bx, by):
-                keep = away >= radius or counts(p, first, place, radius, X, Y)
-                best = better(best, place, radius, keep)
+                best = better(best, place, radius, away >= radius or counts(p, first, place, radius, X, Y))
     return best
 
 
@@ -368,7 +357,7 @@ class OutlineContact(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact for each chain of pieces between hollow corners."""
-        nodes, coordinates = carriers(mechanism, self)
+        nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
         centre, chains = in_frame(nodes[1], self.circle.centre), self.outline.chains()
         head = TOLERANCE_LENGTH * self.outline.size, *centre, self.circle.radius
         hollow, normal = self.outline.hollow_corners(), self.normal.for_radii(math.inf, self.circle.radius)
@@ -514,7 +503,8 @@ class OutlineOnOutline(Part):
             return
         if least - self.first_outline.flatness - self.second_outline.flatness <= depth < 0.0:  # of chords; of the arcs:
             depth, out = math.inf, np.empty(GAP_SIZE)
-            q = np.array([z for node in carriers(mechanism, self)[0] for z in (node.x, node.y, node.theta)])
+            nodes = carriers(mechanism, self.label, self.first, self.second)[0]
+            q = np.array([z for node in nodes for z in (node.x, node.y, node.theta)])
             for piece in self.contributions(mechanism):
                 piece.gap(np.array(piece.p), q, np.zeros(6), out)
                 depth = min(depth, float(out[at.GAP]))
@@ -526,7 +516,7 @@ class OutlineOnOutline(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[ContactContribution]:
         """One contact of each round with each chain."""
-        nodes, coordinates = carriers(mechanism, self)
+        nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
         owner_is_first = _is_round(self.first_outline) and not _is_round(self.second_outline)
         size = min(self.first_outline.size, self.second_outline.size)
         found = []

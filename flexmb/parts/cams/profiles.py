@@ -16,8 +16,7 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, one_of, record, several, vector
-from flexmb.parts.cams.curves import ClosedCurve
-from flexmb.parts.cams.spans import hermite_spans, sampled
+from flexmb.parts.cams.curves import ClosedCurve, hermite_spans, sampled
 
 # Truncated Taylor series in one variable: functions with their derivatives, multiplied and composed
 
@@ -223,14 +222,9 @@ def oscillating_flat_profile(
 
 
 def roller_profile(
-    lift: Lift,
-    base_radius: float,
-    *,
-    roller: float,
-    along: tuple[float, float] = (0.0, 1.0),
-    offset: float = 0.0,
+    lift: Lift, base_radius: float, *, roller: float, along: tuple[float, float] = (0.0, 1.0), offset: float = 0.0,
     at: tuple[float, float] = (0.0, 0.0),
-) -> ClosedCurve:
+) -> ClosedCurve:  # fmt: skip
     """Profile of a cam for a translating roller follower, or a knife edge.
 
     Parameters
@@ -269,14 +263,9 @@ def roller_profile(
 
 
 def oscillating_roller_profile(
-    lift: Lift,
-    pivot: tuple[float, float],
-    *,
-    arm: float,
-    angle: float,
-    roller: float,
+    lift: Lift, pivot: tuple[float, float], *, arm: float, angle: float, roller: float,
     at: tuple[float, float] = (0.0, 0.0),
-) -> ClosedCurve:
+) -> ClosedCurve:  # fmt: skip
     """Profile of a cam for a roller on an arm that swings about a pivot.
 
     Parameters

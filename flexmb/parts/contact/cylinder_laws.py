@@ -107,8 +107,7 @@ class CylinderLaw(DampedElasticLaw):
 
     def depth(self, force: float) -> float:
         """Depth [m] under a steady `force` [N], for the radii of `for_radii`; beyond the end of use on the tangent."""
-        name = type(self).__name__
-        f = checks.not_negative(name, "force", force, "N") / self.length
+        f = checks.not_negative(type(self).__name__, "force", force, "N") / self.length
         sigma, A = self._scales()
         if f == 0.0:
             return 0.0

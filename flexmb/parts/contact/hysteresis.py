@@ -1,4 +1,4 @@
-"""Normal laws N = K depth^n (1 + chi depth_rate/w): restitution, stiffness by Hertz, bases, and the published laws.
+"""Normal laws N = K depth^n (1 + chi depth_rate/w), the published ones and their restitution; that of Kelvin and Voigt.
 
 For N = F(depth) (1 + chi depth_rate/approach), with any elastic force F, the equation of motion separates:
 m v dv / (1 + chi v/approach) = -F d(depth).  The right side is the same in compression and in restitution, so that
@@ -41,12 +41,8 @@ SERIES_FROM = 0.75  # coefficient of restitution [1] from which the exact chi is
 
 @lru_cache(256)  # a sweep asks for the same one again and again
 def delivered_restitution(chi: float) -> float:
-    """Coefficient of restitution e of a free impact with the factor (1 + `chi` depth_rate/approach); to round-off.
-
-    Notes
-    -----
-    chi >= 0.  chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
-    """
+    """Coefficient of restitution e of a free impact with the factor (1 + `chi` depth_rate/approach); to round-off."""
+    # chi >= 0: chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
     if chi < SMALL_CHI:
         return _newton(lambda e: _series(chi, e), 1.0 - 2.0 * chi / 3.0)
     want = chi - math.log1p(chi)  # phi(chi) = u + exp(-u) - 1 with u = -ln(1 - chi e)
@@ -55,13 +51,9 @@ def delivered_restitution(chi: float) -> float:
 
 
 def exact_chi(restitution: float) -> float:
-    """Damping factor chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off.
-
-    Notes
-    -----
-    The root chi > 0 of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] lies between (1 - e)/e, the least difference of both
-    sides, and 1/e, the end of the logarithm.
-    """
+    """Damping factor chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off."""
+    # The root chi > 0 of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] lies between (1 - e)/e, the least difference of both
+    # sides, and 1/e, the end of the logarithm.
     e = restitution
     if e == 1.0:
         return 0.0
@@ -150,28 +142,18 @@ def damped_contact(elastic, slope, chi, least, largest, e, h, gap, gap_rate, z, 
     if gap >= 0.0:
         validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
-    N, dN_dgap, dN_drate, tension, excess = damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate)
-    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
-    return N, dN_dgap, dN_drate
-
-
-@compiled
-def damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate):
-    """Elastic force times (1 + chi depth_rate/w), its derivatives by gap and gap rate, the tension cut off, the excess.
-
-    by_gap, by_rate : derivatives of the reference speed w, `speed`.
-    The excess is the damping force beyond that of a free impact, whose depth_rate/w is between -e and 1.  A contact at
-    rest (w = 0) is not damped.
-    """
-    if speed <= 0.0:
-        return elastic, slope, 0.0, 0.0, 0.0
+    if speed <= 0.0:  # a contact at rest is not damped
+        validity.keep_extremes(-gap, elastic, 0.0, 0.0, z, z_new)
+        return elastic, slope, 0.0
+    # the excess is the damping beyond that of a free impact, whose depth_rate/w is between -e and 1
     ratio = -gap_rate / speed
     factor, excess = 1.0 + chi * ratio, elastic * chi * max(ratio - 1.0, -e - ratio, 0.0)
     if factor <= 0.0:
-        return 0.0, 0.0, 0.0, -elastic * factor, excess
+        validity.keep_extremes(-gap, 0.0, -elastic * factor, excess, z, z_new)
+        return 0.0, 0.0, 0.0
+    validity.keep_extremes(-gap, elastic * factor, 0.0, excess, z, z_new)
     by_speed = -elastic * chi * ratio / speed
-    by_rate = -elastic * chi / speed + by_speed * by_rate
-    return elastic * factor, slope * factor + by_speed * by_gap, by_rate, 0.0, excess
+    return elastic * factor, slope * factor + by_speed * by_gap, -elastic * chi / speed + by_speed * by_rate
 
 
 class DampedElasticLaw(NormalLaw):
@@ -197,8 +179,7 @@ class DampedElasticLaw(NormalLaw):
         Contacts that begin slower than `least_approach` return more.
         """
         name = type(self).__name__
-        asked = self.restitution if e is None else checked_restitution(name, "e", e)
-        return delivered_restitution(self.chi(asked))
+        return delivered_restitution(self.chi(self.restitution if e is None else checked_restitution(name, "e", e)))
 
     def history(self) -> tuple[float, ...]:
         """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
@@ -234,8 +215,7 @@ class DampedElasticLaw(NormalLaw):
                 f"{int(slow.sum())} of {len(slow)} contacts began below least_approach = {self.least_approach:g} m/s, "
                 f"and have {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss; their "
                 "damping follows the largest speed while they last, that of the others the speed at which the surfaces "
-                "met. "
-                "reference_speed='largest' treats all alike",
+                "met. reference_speed='largest' treats all alike",
             )
         lasting = np.isnan(intervals["end"]) & (intervals["peak_force"] > 0.0) & ~(intervals["start"] > since)
         for start in intervals["start"][lasting]:
@@ -330,14 +310,9 @@ class HysteresisLaw(DampedElasticLaw):
 
     @classmethod
     def from_materials(
-        cls,
-        bearing: Material,
-        journal: Material,
-        *,
-        restitution: float = 0.9,
-        least_approach: float = LEAST_APPROACH,
-        reference_speed: str = ONSET,
-    ) -> Self:
+        cls, bearing: Material, journal: Material, *, restitution: float = 0.9,
+        least_approach: float = LEAST_APPROACH, reference_speed: str = ONSET,
+    ) -> Self:  # fmt: skip
         """The law with Hertz's stiffness for n = 3/2, from two materials and the radii of the joint.
 
         Parameters
@@ -346,11 +321,9 @@ class HysteresisLaw(DampedElasticLaw):
         restitution, least_approach, reference_speed : see the class.
         """
         return cls(
-            materials=(bearing, journal),
-            restitution=restitution,
-            least_approach=least_approach,
+            materials=(bearing, journal), restitution=restitution, least_approach=least_approach,
             reference_speed=reference_speed,
-        )
+        )  # fmt: skip
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
         law = copy.copy(self)  # not made anew: a warning was given where the user made it
@@ -570,3 +543,100 @@ class CarvalhoMartins(HysteresisLaw):
     @staticmethod
     def chi(restitution: float) -> float:
         return 1.5 * (1.0 - restitution) * (11.0 - restitution) / (1.0 + 9.0 * restitution)
+
+
+@normal_law
+def kelvin_voigt_kernel(p, h, gap, gap_rate, z, z_new):
+    """N = K depth + C s depth_rate, never pulling; s grows from 0 to 1 over the depth `ramp`."""
+    K, C, ramp = p
+    reference_speed(h, gap, gap_rate, 0.0, False, 1.0, z, z_new)
+    if gap >= 0.0:
+        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
+        return 0.0, 0.0, 0.0
+    s, s_depth = 1.0, 0.0
+    if -gap < ramp:
+        x = -gap / ramp
+        s, s_depth = x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / ramp
+    N = -K * gap - C * s * gap_rate
+    if N <= 0.0:
+        validity.keep_extremes(-gap, 0.0, -N, 0.0, z, z_new)
+        return 0.0, 0.0, 0.0
+    validity.keep_extremes(-gap, N, 0.0, 0.0, z, z_new)
+    return N, -K + C * s_depth * gap_rate, -C * s
+
+
+@record
+class KelvinVoigt(NormalLaw):
+    """Linear spring beside a linear damper, N = K depth + C depth_rate, cut at zero so that it never pulls.
+
+    Equation (5.10) of docs/theory/contact.md.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    The force jumps by C times the approach speed at the onset.  Newton's method does not converge on a jump, so fixed
+    steps can end a run there.  Error-controlled steps pass the jump; a `ramp` of several steps removes it: up to that
+    depth the damper force grows as 3 x^2 - 2 x^3 of x = depth/ramp.
+    The restitution depends on the mass: `for_restitution` and `delivered_restitution` hold for a free impact of a
+    reduced mass, without ramp.
+    Source: W. Goldsmith, Impact: The Theory and Physical Behaviour of Colliding Solids, Edward Arnold 1960, for the
+    law; the cut at zero is that of any contact without adhesion.
+    """
+
+    stiffness: float = field("K", "N/m", positive)
+    damping: float = field("C", "N s/m", not_negative)
+    ramp: float = field("depth over which the damper force grows; 0: it acts at once", "m", not_negative, default=0.0)
+
+    kernel = kelvin_voigt_kernel
+
+    @classmethod
+    def for_restitution(cls, stiffness: float, restitution: float, mass: float) -> Self:
+        """The law, without ramp, whose free impacts return `restitution`.
+
+        Parameters
+        ----------
+        stiffness : K [N/m], > 0.
+        restitution : e, in (0, 1].
+        mass : reduced mass m1 m2/(m1 + m2) of the two bodies [kg], > 0.
+        """
+        name = "KelvinVoigt.for_restitution"
+        K, m = checks.positive(name, "stiffness", stiffness, "N/m"), checks.positive(name, "mass", mass, "kg")
+        e = checks.between(name, "restitution", checks.positive(name, "restitution", restitution), 0.0, 1.0)
+        low, high = 0.0, 1.0
+        while _restitution(high) > e:
+            low, high = high, 2.0 * high
+        while low < 0.5 * (low + high) < high:
+            zeta = 0.5 * (low + high)
+            low, high = (zeta, high) if _restitution(zeta) > e else (low, zeta)
+        return cls(K, 2.0 * low * math.sqrt(K * m))
+
+    def delivered_restitution(self, mass: float) -> float:
+        """The restitution of a free impact of the reduced `mass` [kg]; exact, for a law without ramp.
+
+        With zeta = C/(2 sqrt(K m)) = cos(theta), the force falls to zero at the angle 2 theta and from there on the
+        bodies fly apart: e = exp(-2 theta cot(theta)); for zeta = cosh(theta) > 1, e = exp(-2 theta coth(theta)).
+
+        Equation (5.11) of docs/theory/contact.md.
+        """
+        m = checks.positive("KelvinVoigt", "mass", mass, "kg")
+        if self.ramp > 0.0:
+            text = f"KelvinVoigt: ramp is {self.ramp:g} m; with a ramp the restitution depends on the speed"
+            raise InputError(f"{text}. Ask the law with ramp=0, and simulate for the difference.")
+        return _restitution(self.damping / (2.0 * math.sqrt(self.stiffness * m)))
+
+    def history(self) -> tuple[float, ...]:
+        return validity.HISTORY_WITH_EXTREMES
+
+
+def _restitution(zeta: float) -> float:
+    """e for the damping ratio zeta >= 0, with the force cut at zero."""
+    if zeta == 1.0:
+        return math.exp(-2.0)
+    if zeta < 1.0:
+        theta = math.acos(zeta)
+        return math.exp(-2.0 * theta / math.tan(theta))
+    theta = math.acosh(zeta)
+    return math.exp(-2.0 * theta / math.tanh(theta))

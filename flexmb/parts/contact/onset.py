@@ -101,6 +101,5 @@ def _onset(h, gap, gap_rate, z):
         value_gap, slope_gap = s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s)
         value_rate, slope_rate = h * s * s * (s - 1.0), h * s * (3.0 * s - 2.0)
         by_gap = -(slope_gap - curve * value_gap / slope) / h
-        by_rate = -(slope_rate - curve * value_rate / slope) / h
-        return -slope / h, by_gap, by_rate
+        return -slope / h, by_gap, -(slope_rate - curve * value_rate / slope) / h
     return -gap_rate, 0.0, -1.0

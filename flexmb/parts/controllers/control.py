@@ -253,10 +253,11 @@ class DCMotor(Controller):
             raise InputError(f"{text}. Leave it out, or give inductance= in H.")
 
     def control(self) -> ControlContribution:
-        number = 0.0 if isinstance(self.voltage, (str, Motion)) else float(self.voltage)
-        inputs: list[str | MotionInput] = [self.speed]
+        number, inputs = 0.0, list[str | MotionInput]([self.speed])
         if isinstance(self.voltage, (str, Motion)):
             inputs.append(self.voltage if isinstance(self.voltage, str) else MotionInput(self.voltage))
+        else:
+            number = float(self.voltage)
         p = (self.resistance, self.inductance, self.torque_constant, self.gear_ratio, number)
         given = self.name, dc_motor_law, p, tuple(inputs), (name_of(self.load),)
         outputs, units = ("torque", "voltage"), ("N m", "V")
@@ -366,12 +367,9 @@ class PID(Controller):
         if self.ki != 0.0 and self.is_limited and self.tracking_time is None and self.kp == 0.0 and self.kd == 0.0:
             text = f"{self.label}: tracking_time is missing, and without kp and kd it has no default"
             raise InputError(f"{text}. Give it in s, some fraction of the time that the mechanism takes.")
-        self._check_kick()
-
-    def _check_kick(self) -> None:
-        """Refuse the derivative without a filter of a target that jumps, which has no finite value."""
         if self.kd == 0.0 or self.rate is None or self.derivative_of != ERROR or not isinstance(self.target, Motion):
             return
+        # the derivative of a target that jumps has no finite value without a filter
         p = np.array(self.target.parameters(), dtype=float)
         for t in self.target.breaks(self.target.period or LATEST_BREAK):
             dt = JUST_BEFORE * t
@@ -413,16 +411,11 @@ class PID(Controller):
         tracking = self.tracking_time if self.ki != 0.0 and self.is_limited else None  # of the back-calculation
         if self.ki != 0.0 and self.is_limited and tracking is None:
             tracking = math.sqrt(abs(self.kd / self.ki)) if self.kd != 0.0 else abs(self.kp / self.ki)
-        return (
-            *(self.kp, self.ki, self.kd, low, high),
-            self._frequency(tracking),
-            self._frequency(smoothing if filtered else None),
-            self.weight,
-            1.0 if self.derivative_of == ERROR else 0.0,
-            0.0 if isinstance(self.target, Motion) else float(self.target),
-            float(moving),
-            float(measured),
-        )
+        rates = self._frequency(tracking), self._frequency(smoothing if filtered else None)
+        still = 0.0 if isinstance(self.target, Motion) else float(self.target)
+        flags = float(moving), float(measured)
+        of_error = float(self.derivative_of == ERROR)
+        return self.kp, self.ki, self.kd, low, high, *rates, self.weight, of_error, still, *flags
 
     def followed(self, end: float) -> tuple[str, float, float]:
         """The measured signal, and the range of the target until the time `end` [s]."""

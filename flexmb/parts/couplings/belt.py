@@ -50,17 +50,27 @@ def slip_of_belt(r1, r2, q, v):
     return slip
 
 
-@compiled
-def put_curvature(r1, r2, tension, force, by_slip, q, v, K):
-    """Stiffness: change of the strands' directions with the centres, and of the slip."""
+@element_kernel
+def belt_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Forces of both strands on both wheels; K: change of the strands' directions with the centres, and of the slip."""
+    largest, creep, tension, r1, r2 = p
     dx, dy = q[3] - q[0], q[4] - q[1]
     vx, vy = v[3] - v[0], v[4] - v[1]
     R, square = r1 + r2, dx * dx + dy * dy
-    w = math.sqrt(square - R * R)
+    share = math.tanh(slip_of_belt(r1, r2, q, v) / creep)
+    force, by_slip = largest * share, largest * (1.0 - share * share) / creep
+    w, row = math.sqrt(square - R * R), belt_row(r1, r2, q)
     pull = 2.0 * tension * w / square
+    for i in range(6):
+        r[i] = force * row[i]
+        for j in range(6):
+            C[i, j] = by_slip * row[i] * row[j]
+    r[0] -= pull * dx
+    r[1] -= pull * dy
+    r[3] += pull * dx
+    r[4] += pull * dy
     steeper = 2.0 * tension * (2.0 * R * R - square) / (w * square * square)
     xx, xy = 2.0 * dx * dy / (square * square), (dy * dy - dx * dx) / (square * square)  # of (-dy, dx)/D^2
-    row = belt_row(r1, r2, q)
     by_x, by_y = -R * (xx * vx + xy * vy), -R * (xy * vx - xx * vy)
     for i in range(2):
         for j in range(2):
@@ -76,26 +86,6 @@ def put_curvature(r1, r2, tension, force, by_slip, q, v, K):
         K[i, 1] -= by_slip * row[i] * by_y
         K[i, 3] += by_slip * row[i] * by_x
         K[i, 4] += by_slip * row[i] * by_y
-
-
-@element_kernel
-def belt_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Forces of both strands on both wheels."""
-    largest, creep, tension, r1, r2 = p
-    dx, dy = q[3] - q[0], q[4] - q[1]
-    R, square = r1 + r2, dx * dx + dy * dy
-    share = math.tanh(slip_of_belt(r1, r2, q, v) / creep)
-    force, by_slip = largest * share, largest * (1.0 - share * share) / creep
-    pull, row = 2.0 * tension * math.sqrt(square - R * R) / square, belt_row(r1, r2, q)
-    for i in range(6):
-        r[i] = force * row[i]
-        for j in range(6):
-            C[i, j] = by_slip * row[i] * row[j]
-    r[0] -= pull * dx
-    r[1] -= pull * dy
-    r[3] += pull * dx
-    r[4] += pull * dy
-    put_curvature(r1, r2, tension, force, by_slip, q, v, K)
 
 
 @energy_kernel

@@ -1,20 +1,32 @@
-"""Linear relations of angles and travels, and equal rotation."""
+"""Couplings of rotations: linear relations of angles and travels, equal rotation, one-way clutch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.fields import field, record
-from flexmb.kernels import compiled, constraint_kernel, signal_kernel
-from flexmb.model.contributions import ConstraintContribution, Contribution, Coordinate, Reaction, SignalContribution
+from flexmb.fields import field, not_negative, one_of, positive, record
+from flexmb.findings.finding import Finding, found
+from flexmb.kernels import constraint_kernel, friction_law, joint_friction_kernel, signal_kernel
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    Contribution,
+    Coordinate,
+    JointFriction,
+    Reaction,
+    SignalContribution,
+)
+from flexmb.model.law import FrictionLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Part, name_of, refuse_one_body
+from flexmb.model.part import GROUND, Joint, Part, WatchedMotion, name_of, refuse_one_body
 from flexmb.parts.joints.contact_point import curvature_times, direction, dot
-from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
-from flexmb.parts.joints.revolute import Revolute, drawn_angle
+from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate, speed_signal
+from flexmb.parts.joints.revolute import Revolute, coincidence_piece, drawn_angle
+from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
 
 @constraint_kernel
@@ -41,8 +53,7 @@ def angles_contribution(
     found = [
         (*angle_of(mechanism, part.name, owner.label), factor) for part, factor in factors if part.name != GROUND.name
     ]
-    value = sum(factor * angle for _, angle, factor in found)
-    p = (*(factor for *_, factor in found), value)
+    p = (*(factor for *_, factor in found), sum(factor * angle for _, angle, factor in found))
     coordinates = tuple(coordinate for coordinate, *_ in found)
     return ConstraintContribution(owner.name, angles_kernel, coordinates, p, 1, reactions=reactions)
 
@@ -79,58 +90,42 @@ OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(10, 15)
 AXIS_X = DRAWN
 
 
-@compiled
-def add_travel(p, k, q, v, lam, g, G, gamma, H):
-    """Factor times travel of the joint whose numbers begin at k, added to equation 0 and its derivatives."""
-    x1, y1, theta1 = int(p[k + X1]), int(p[k + Y1]), int(p[k + THETA1])
-    x2, y2, theta2 = int(p[k + X2]), int(p[k + Y2]), int(p[k + THETA2])
-    own_q = q[x1], q[y1], q[theta1], q[x2], q[y2], q[theta2]
-    own_v = v[x1], v[y1], v[theta1], v[x2], v[y2], v[theta2]
-    numbers = (p[k + AXIS_X], p[k + AXIS_Y], p[k + OFFSET1_X], p[k + OFFSET1_Y], p[k + OFFSET2_X], p[k + OFFSET2_Y])
-    travel, J, nx, ny, far, near = direction(*numbers, own_q)
-    factor = p[k + FACTOR]
-    places = (x1, y1, theta1, x2, y2, theta2)
-    g[0] += factor * travel
-    for i in range(6):
-        G[0, places[i]] += factor * J[i]
-    gamma[0] -= factor * dot(curvature_times(nx, ny, far, near, own_v), own_v)
-    force = lam[0] * factor
-    H[theta1, theta1] -= force * far
-    H[theta2, theta2] -= force * near
-    H[theta1, theta2] += force * near
-    H[theta2, theta1] += force * near
-    for place, x in ((x1, force * ny), (y1, -force * nx), (x2, -force * ny), (y2, force * nx)):
-        H[place, theta1] += x
-        H[theta1, place] += x
-
-
 @constraint_kernel
 def coupling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """g = sum of factor times angle or travel of each joint, less a value."""
     g[0] = -p[VALUE]
     for joint in range(int(p[COUNT])):
         k = BEGIN + SIZE * joint
+        theta1, theta2, factor = int(p[k + THETA1]), int(p[k + THETA2]), p[k + FACTOR]
         if p[k + TURNS] > 0.0:
-            first, second, factor = int(p[k + THETA1]), int(p[k + THETA2]), p[k + FACTOR]
-            g[0] += factor * (q[second] - q[first] - p[k + DRAWN])
-            G[0, first] -= factor
-            G[0, second] += factor
-        else:
-            add_travel(p, k, q, v, lam, g, G, gamma, H)
+            g[0] += factor * (q[theta2] - q[theta1] - p[k + DRAWN])
+            G[0, theta1] -= factor
+            G[0, theta2] += factor
+            continue
+        x1, y1, x2, y2 = int(p[k + X1]), int(p[k + Y1]), int(p[k + X2]), int(p[k + Y2])
+        own_q = q[x1], q[y1], q[theta1], q[x2], q[y2], q[theta2]
+        own_v = v[x1], v[y1], v[theta1], v[x2], v[y2], v[theta2]
+        numbers = (p[k + AXIS_X], p[k + AXIS_Y], p[k + OFFSET1_X], p[k + OFFSET1_Y], p[k + OFFSET2_X], p[k + OFFSET2_Y])
+        travel, J, nx, ny, far, near = direction(*numbers, own_q)
+        places = (x1, y1, theta1, x2, y2, theta2)
+        g[0] += factor * travel
+        for i in range(6):
+            G[0, places[i]] += factor * J[i]
+        gamma[0] -= factor * dot(curvature_times(nx, ny, far, near, own_v), own_v)
+        force = lam[0] * factor
+        H[theta1, theta1] -= force * far
+        H[theta2, theta2] -= force * near
+        H[theta1, theta2] += force * near
+        H[theta2, theta1] += force * near
+        for place, x in ((x1, force * ny), (y1, -force * nx), (x2, -force * ny), (y2, force * nx)):
+            H[place, theta1] += x
+            H[theta1, place] += x
 
 
 @signal_kernel
 def angle_rate(p, t, q, v, a):
     """Angular velocity of the second node against the first."""
     return v[1] - v[0]
-
-
-@signal_kernel
-def travel_rate(p, t, q, v, a):
-    """Speed of the travel along a guide."""
-    ux, uy, s1x, s1y, s2x, s2y = p
-    _, J, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
-    return dot(J, v)
 
 
 @record
@@ -164,24 +159,21 @@ class Coupling(Part):
         pairs = tuple(given.items()) if isinstance(given, Mapping) else given
         if not pairs:
             raise InputError(f"{self.label}: factors is empty; give the factor of at least one joint.")
-        checked = [self._checked(pair) for pair in pairs]
+        checked = []
+        for pair in pairs:
+            if not isinstance(pair, tuple) or len(pair) != 2:
+                raise InputError(f"{self.label}: factors holds {pair!r}; give pairs of a joint and its factor.")
+            name = name_of(pair[0])
+            if not isinstance(name, str):
+                raise InputError(f"{self.label}: factors holds the joint {pair[0]!r}; give joints or their names.")
+            checked.append((name, checks.number(self.label, f"factors[{name!r}]", pair[1])))
+            if checked[-1][1] == 0.0:
+                raise InputError(f"{self.label}: factors[{name!r}] is 0, so the joint does not count; leave it out.")
         names = [name for name, _ in checked]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"{self.label}: factors holds joint {twice!r} twice; add up its factors.")
         object.__setattr__(self, "factors", tuple(checked))
-
-    def _checked(self, pair: Any) -> tuple[str, float]:
-        """Name and factor of a joint."""
-        if not isinstance(pair, tuple) or len(pair) != 2:
-            raise InputError(f"{self.label}: factors holds {pair!r}; give pairs of a joint and its factor.")
-        name = name_of(pair[0])
-        if not isinstance(name, str):
-            raise InputError(f"{self.label}: factors holds the joint {pair[0]!r}; give joints or their names.")
-        factor = checks.number(self.label, f"factors[{name!r}]", pair[1])
-        if factor == 0.0:
-            raise InputError(f"{self.label}: factors[{name!r}] is 0, so the joint does not count; leave it out.")
-        return name, factor
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check that all joints exist and have an angle or a travel."""
@@ -194,19 +186,13 @@ class Coupling(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         joints = self._joints(mechanism)
         places: dict[Coordinate, int] = {}
-        numbers: list[float] = [float(len(joints)), self.value]
-        reactions: list[Reaction] = []
-        signals: list[Contribution] = []
-        acting: tuple[Coordinate, ...]
+        numbers, reactions, signals = [float(len(joints)), self.value], list[Reaction](), list[Contribution]()
         for joint, factor in joints:
             ends = joint.ends(mechanism)
-            coordinates = ends.coordinates
-            if isinstance(joint, Prismatic):
-                turns, acting, own = False, coordinates, joint.line(mechanism)
-            else:
-                turns, acting = True, coordinates[2::3]
-                own = (drawn_angle(mechanism, ends), *(5 * (0.0,)))
-            for coordinate in acting:
+            coordinates, turns = ends.coordinates, not isinstance(joint, Prismatic)
+            drawn = (drawn_angle(mechanism, ends), *(5 * (0.0,)))
+            own = joint.line(mechanism) if isinstance(joint, Prismatic) else drawn
+            for coordinate in coordinates[2::3] if turns else coordinates:
                 places.setdefault(coordinate, len(places))
             where = [float(places.get(coordinate, -1)) for coordinate in coordinates]
             numbers += [float(turns), factor, *where, *own]
@@ -214,8 +200,125 @@ class Coupling(Part):
             speed = f"{joint.name}_speed"
             reactions.append(Reaction(f"{joint.name}_{kind}", units, 0, factor))
             reactions.append(Reaction(f"{joint.name}_power", "W", 0, factor, rate=speed))
-            rate = (angle_rate, coordinates[2::3], ()) if turns else (travel_rate, coordinates, own)
+            rate = (angle_rate, coordinates[2::3], ()) if turns else (speed_signal, coordinates, own)
             signals.append(SignalContribution(self.name, speed, "rad/s" if turns else "m/s", *rate))
         p, told = tuple(numbers), tuple(reactions)
-        row = ConstraintContribution(self.name, coupling_kernel, tuple(places), p, 1, reactions=told)
-        return [row, *signals]
+        return [ConstraintContribution(self.name, coupling_kernel, tuple(places), p, 1, reactions=told), *signals]
+
+
+LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
+COARSE_STEP = 0.35  # fixed step over the time of an engagement above which there is a remark: speeds are off by 2 %
+# Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on.
+WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
+COUNTER_CLOCKWISE, CLOCKWISE = "counter-clockwise", "clockwise"
+
+
+@joint_friction_kernel
+def clutch_rotation(p, q, lam, out, H):
+    """Sliding is the relative angular velocity; the relative angle stands in place of a load."""
+    out[LOAD] = q[5] - q[2]
+    for theta, arm in ((2, -1.0), (5, 1.0)):
+        out[SLIDING + theta], out[LOAD_BY_Q + theta] = arm, arm
+
+
+@friction_law
+def clutch_kernel(p, h, slip, angle, z, z_new):
+    """T = side max(0, k w + d w_dot), w_dot = -side slip while w > 0; w grows with the angle from w_dot > 0 on."""
+    k, d, side = p
+    rate, last, w, w_rate, w_angle = -side * slip, z[LAST_RATE], z[WIND_UP], 0.0, 0.0
+    if z[BEGUN] == 0.0:
+        w = 0.0
+    elif w > 0.0 or last >= 0.0:
+        w += side * (z[LAST_ANGLE] - angle)
+        w_angle = -side
+    elif rate > 0.0:  # within the step, rate grows from last < 0 to rate > 0
+        span = rate - last
+        w, w_rate = 0.5 * h * rate * rate / span, 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
+    z_new[LAST_RATE], z_new[LAST_ANGLE], z_new[BEGUN] = rate, angle, 1.0
+    if w <= 0.0:
+        w, w_rate, w_angle = 0.0, 0.0, 0.0
+    z_new[WIND_UP] = w
+    torque = k * w + d * rate
+    if torque <= 0.0:
+        return 0.0, 0.0, 0.0
+    return side * torque, -(k * w_rate + d), side * k * w_angle
+
+
+@dataclass(frozen=True)
+class WindUp(FrictionLaw):
+    """Torque of a one-way clutch: a spring and damper that act against rotation one way."""
+
+    stiffness: float  # k [N m/rad], > 0
+    damping: float  # d [N m s/rad], >= 0
+    side: float  # 1.0 if positive rotation is free, -1.0 if negative rotation is free
+
+    kernel = clutch_kernel
+
+    def history(self) -> tuple[float, ...]:
+        """Wind-up [rad], its rate [rad/s], the angle [rad], and whether both are known."""
+        return 0.0, 0.0, 0.0, 0.0
+
+
+@record
+class OneWayClutch(Joint):
+    """Pin with a one-way clutch (freewheel, roller or sprag clutch, backstop): its second body turns freely one way.
+
+    Against rotation the other way stands the torque stiffness w + damping dw/dt of its wind-up w >= 0, which begins
+    where the relative rotation turns back and ends where w is 0 again; the torque never changes its sign.
+
+    Signals: fx, fy, force (on the second body) [N], torque (on the second body) [N m].
+
+    Raises
+    ------
+    InputError : stiffness not > 0, negative damping, an unknown direction.
+
+    Notes
+    -----
+    The clutch engages at any angle, without backlash and without drag while it overruns; it does not slip under too
+    large a torque.  It yields torque/stiffness and does not creep.  The ledger counts the energy of the wind-up as
+    dissipated in friction, and gives it back as the clutch unwinds.  Statics and modes know no wind-up: it resists
+    nothing there.  Where it holds, replace it by a `Revolute` and a `TorsionSpring` of its stiffness.
+    Source of the model, an engaged clutch as a spring that cannot pull: F. Zhu, R. G. Parker, Non-linear dynamics of a
+    one-way clutch in belt-pulley systems, Journal of Sound and Vibration 279 (2005) 285-308.
+    """
+
+    _: KW_ONLY
+    stiffness: float = field("torsional stiffness of the engaged clutch", "N m/rad", positive)
+    damping: float = field("damping of the engaged clutch", "N m s/rad", not_negative, default=0.0)
+    free: str = field("free turn of the second", rule=one_of(COUNTER_CLOCKWISE, CLOCKWISE), default=COUNTER_CLOCKWISE)
+
+    kind = "revolute"
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Findings on a wind-up that no clutch bears, and on an engagement of a few fixed steps."""
+        torque, when = motion.peak(f"{self.name}.torque")
+        if torque > LARGE_WIND_UP * self.stiffness:
+            angle = torque / self.stiffness
+            text = f"At t = {when:.6g} s {self.label} is wound up by some {angle:.4g} rad."
+            yield found("unreal-motion", (self.name,), text, "Its stiffness is in N m/rad.", time=when, angle=angle)
+        h, duration = motion.fixed_step, self._duration(mechanism, motion, torque)
+        if h is not None and h > COARSE_STEP * duration:
+            text = f"{self.label} engages at t = {when:.6g} s within some {duration:.2g} s, in which a fixed step of"
+            text = f"{text} {h:.3g} s is long: speeds behind it may be off by 2 % or more."
+            remedy = f"Take steps of {0.1 * duration:.1g} s, or Adaptive()."
+            yield found("coarse-step", (self.name,), text, remedy, step=h, duration=duration)
+
+    def _duration(self, mechanism: Mechanism, motion: WatchedMotion, torque: float) -> float:
+        """Time in which the largest `torque` [N m] of a run changes the speed of the bodies [s]; inf without torque."""
+        # It is J/damping or sqrt(J/stiffness), whichever is shorter. J is the torque over the largest acceleration, at
+        # least the moment of inertia of the rigid bodies, since impacts accelerate them more.
+        acceleration, inverse = 0.0, 0.0
+        for end in self.ends(mechanism):
+            name = f"{end.part}.{end.node}.alpha" if end.node else f"{end.part}.alpha"
+            acceleration += motion.peak(name)[0] if name in motion.signals.places else 0.0
+            inertia = getattr(self.first if end.part == self.first.name else self.second, "inertia", None)
+            inverse += 1.0 / inertia if isinstance(inertia, float) else 0.0
+        if torque == 0.0 or acceleration == 0.0:
+            return math.inf
+        J = max(torque / acceleration, 1.0 / inverse if inverse > 0.0 else 0.0)
+        return min(J / self.damping if self.damping > 0.0 else math.inf, math.sqrt(J / self.stiffness))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        law = WindUp(self.stiffness, self.damping, 1.0 if self.free == COUNTER_CLOCKWISE else -1.0)
+        clutch = JointFriction(clutch_rotation, (), law, ("torque", "N m"))
+        return [replace(coincidence_piece(self.name, self.ends(mechanism)), joint_friction=clutch)]

@@ -259,7 +259,10 @@ class Wheels(Part):
         # along the line of centres, and its parameters behind the points
         ends, ((x1, y1), (x2, y2)) = self._mounts(mechanism), self._axes(mechanism)
         if math.hypot(x2 - x1, y2 - y1) <= COAXIAL * (abs(radii[0]) + abs(radii[1])):
-            return self._coaxial(mechanism, radii)
+            # shafts in line: the angle of the arm for phi, whose casing takes the difference of torques
+            factors = list(zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True))
+            second = -1 if self.second.name == GROUND.name else int(self.first.name != GROUND.name)
+            return angles_contribution(mechanism, self, factors, _reactions(radii, second))
         coordinates, offsets, phi, drawn = ends.coordinates, ends.offsets, math.atan2(y2 - y1, x2 - x1), 0.0
         if self.arm.name != GROUND.name:
             arm, drawn = angle_of(mechanism, self.arm.name, self.label)
@@ -270,12 +273,6 @@ class Wheels(Part):
         told = _reactions(radii, -1 if ends.second.part == GROUND.name else 5)
         own = self.name, rolling_kernel, coordinates, (*radii, *offsets, phi - drawn, value), 1
         return ConstraintContribution(*own, joint_friction=push, reactions=told)
-
-    def _coaxial(self, mechanism: Mechanism, radii: Point) -> ConstraintContribution:
-        """Relation with the angle of the arm for phi: shafts in line, whose casing takes the difference of torques."""
-        factors = list(zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True))
-        second = -1 if self.second.name == GROUND.name else int(self.first.name != GROUND.name)
-        return angles_contribution(mechanism, self, factors, _reactions(radii, second))
 
 
 def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
@@ -414,12 +411,10 @@ class Gear(Wheels):
         r1, r2 = self.signed_radii(mechanism)
         R = math.copysign(r1 + r2, r2) if self.internal else r1 + r2
         base = planar.distance(*self._axes(mechanism)) * math.cos(self.pressure_angle)
-        pressure = (tooth_pressure, (R, base)) if self.pressure_angle > 0.0 else None
-        ideal = self._rolling(mechanism, (r1, r2), pressure)
+        ideal = self._rolling(mechanism, (r1, r2), (tooth_pressure, (R, base)) if self.pressure_angle > 0.0 else None)
         if self.backlash is None or self.normal is None:
             return [ideal]
-        contacts = self._contacts(mechanism, r1, r2, self.backlash, self.normal)
-        return [*contacts, replace(ideal, holds="closed")]
+        return [*self._contacts(mechanism, r1, r2, self.backlash, self.normal), replace(ideal, holds="closed")]
 
     def _contacts(
         self, mechanism: Mechanism, r1: float, r2: float, backlash: float, normal: NormalLaw

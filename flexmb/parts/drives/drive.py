@@ -53,8 +53,7 @@ class Drive(Part):
         self._measure(mechanism)
         same = [part for part in mechanism.parts if isinstance(part, Drive) and part.joint == self.joint]
         if len(same) > 1 and same[0].name == self.name:  # told once
-            labels = " and ".join(part.label for part in same)
-            word = "both" if len(same) == 2 else "all"
+            labels, word = " and ".join(part.label for part in same), "both" if len(same) == 2 else "all"
             raise ModelError(f"{labels} {word} drive joint {self.joint!r}. Keep one of them.")
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:

@@ -414,8 +414,7 @@ class Table(Points):
         """Finding on a load that went on by much since its table ended."""
         values, p = np.array(self.values), np.array(self.parameters(), dtype=float)
         value = float(self.kernel(p, t)[0])
-        moved = abs(value - values[-1])
-        if t > self.times[-1] and not self.periodic and moved > MOST_OVERSHOOT * np.ptp(values):
+        if t > self.times[-1] and not self.periodic and abs(value - values[-1]) > MOST_OVERSHOOT * np.ptp(values):
             text = f"The table of {part!r} ends at t = {self.times[-1]:.6g} s with {values[-1]:.4g}; it went on at its"
             text += f" last slope to {value:.4g} at t = {t:.6g} s."
             remedy = "Give points up to the end of the run or slopes=(..., 0.0), or take PiecewiseLinear, which stays "

@@ -16,7 +16,7 @@ from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.parts.joints.contact_point import add_curvature, curvature_times, direction, dot
-from flexmb.parts.joints.pin_slot import slot_kernel
+from flexmb.parts.joints.prismatic import slot_kernel
 from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle, drawn_direction
 from flexmb.places import packed
 
@@ -149,12 +149,10 @@ class Bushing(Joint):
         ends = self.ends(mechanism)
         ux, uy = drawn_direction(mechanism, ends.first, self.along)
         (kx, ky), (cx, cy) = self.stiffness, self.damping  # type: ignore[misc]
-        x1, y1, x2, y2 = ends.offsets
         numbers = {STIFFNESS_X: kx, STIFFNESS_Y: ky, TORSION: self.torsion}
         numbers |= {DAMPING_X: cx, DAMPING_Y: cy, TORSION_DAMPING: self.torsion_damping}
         numbers |= {AXIS_X: ux, AXIS_Y: uy, ANGLE: drawn_angle(mechanism, ends)}
-        numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
-        p = packed(numbers)
+        p = packed(numbers | dict(enumerate(ends.offsets, OFFSET1_X)))
         signals = signal_contributions(self.name, bushing_signal, SIGNALS, ends.coordinates, p)
         return [BUSHING.contribution(self.name, ends.coordinates, p), *signals, self._held(ends, p)]
 

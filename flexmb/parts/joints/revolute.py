@@ -86,8 +86,7 @@ def drawn_theta(mechanism: Mechanism, end: Attachment) -> float:
 
 def drawn_angle(mechanism: Mechanism, ends: Ends) -> float:
     """theta2 - theta1 of the nodes that a joint holds, in the reference configuration."""
-    first, second = [mechanism.body(end.part).node(end.node).theta for end in ends]
-    return second - first
+    return drawn_theta(mechanism, ends.second) - drawn_theta(mechanism, ends.first)
 
 
 def drawn_direction(
@@ -106,9 +105,7 @@ def angle_contribution(part: str, mechanism: Mechanism, ends: Ends) -> AngleCont
 
 def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> ConstraintContribution:
     """The two constraint equations of a revolute joint."""
-    first, second = ends
-    coordinates, p = ends.coordinates, (*first.offset, *second.offset)
-    own = coincidence_kernel, coordinates, p, 2, coordinates[3:]
+    own = coincidence_kernel, ends.coordinates, ends.offsets, 2, ends.second.coordinates
     return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES)
 
 
@@ -152,9 +149,8 @@ class Revolute(Joint):
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         ends = self.ends(mechanism)
-        coordinates = tuple(end.coordinates[2] for end in ends)
         p = (drawn_angle(mechanism, ends),)
-        return ConstraintContribution(self.name, angle_kernel, coordinates, p, 1, is_drive=True, curved=())
+        return ConstraintContribution(self.name, angle_kernel, ends.coordinates[2::3], p, 1, is_drive=True, curved=())
 
 
 @record
@@ -262,10 +258,6 @@ class RevoluteClearance(Joint):
         if self.clearance >= self.bearing_radius:
             text = f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the"
             raise InputError(f"{text} bearing radius {self.bearing_radius:g} m. Did you mix up metres and millimetres?")
-        self._check_start()
-
-    def _check_start(self) -> None:
-        """Check that `start` is a known word or a point inside the clearance."""
         if isinstance(self.start, str):
             if self.start not in (CENTRED, SEATED):
                 text = f"{self.label}: start is {self.start!r}; it must be {CENTRED!r}, {SEATED!r} or (ex, ey) in m."
@@ -293,10 +285,8 @@ class RevoluteClearance(Joint):
             return 0.0, 0.0
         if isinstance(self.start, tuple):
             return self.start
-        gx, gy = mechanism.gravity
-        factor = self.play / math.hypot(gx, gy)
-        if self.second.name == GROUND.name:
-            factor = -factor
+        (gx, gy), sign = mechanism.gravity, -1.0 if self.second.name == GROUND.name else 1.0
+        factor = sign * self.play / math.hypot(gx, gy)
         return factor * gx, factor * gy
 
     @property

@@ -9,7 +9,7 @@ while it turns counter-clockwise, with R < 0 while it turns clockwise; R = 0 is 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import KW_ONLY
 from typing import Any, ClassVar
 
@@ -196,37 +196,31 @@ class Stop(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._check_ends()
+        ends = self.first, self.second, self.at
+        if not isinstance(self.joint, str) or ends != (None, None, None) or self.to is not None:
+            if self.joint is not None or not all(isinstance(body, Part) for body in ends[:2]) or self.at is None:
+                text = f"{self.label}: joint is {self.joint!r}; it must be a joint or its name. For bodies without a"
+                raise InputError(f"{text} common joint leave it out and give first=, second= and at=.")
+            refuse_one_body(self, "stops {} against")
+            if self.to is None:
+                object.__setattr__(self, "to", self.at)
+            if self.along is None and self.at == self.to:
+                raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
         if self.above is None and self.below is None:
             raise InputError(f"{self.label}: above and below are None; give one of them, in rad or m.")
-        for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
-            limit = getattr(self, name)
-            if limit is not None and sign * limit < 0.0:
+        for name, sign, limit in self._limits():
+            if sign * limit < 0.0:
                 text = f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration."
                 side = ">=" if sign > 0.0 else "<="
                 raise InputError(f"{text} Give {name} {side} 0, or draw the mechanism within its limits.")
         if self.above is not None and self.below is not None and self.above <= self.below:
             raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
 
-    def _check_ends(self) -> None:
-        """Check that there is a joint, or two bodies and a point."""
-        ends = self.first, self.second, self.at
-        if isinstance(self.joint, str) and ends == (None, None, None) and self.to is None:
-            return
-        if self.joint is not None or not all(isinstance(body, Part) for body in ends[:2]) or self.at is None:
-            text = f"{self.label}: joint is {self.joint!r}; it must be a joint or its name."
-            raise InputError(f"{text} For bodies without a common joint leave it out and give first=, second= and at=.")
-        refuse_one_body(self, "stops {} against")
-        if self.to is None:
-            object.__setattr__(self, "to", self.at)
-        if self.along is None and self.at == self.to:
-            raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
-
     def validate(self, mechanism: Mechanism) -> None:
         """Check that the joint has an angle or a travel, and that no drive begins beyond a limit."""
         if self.joint is None:
             return
-        self._held(mechanism)
+        joint_with_coordinate(mechanism, self.label, self.joint)
         for part in mechanism.parts:
             motion = getattr(part, "motion", None)
             if getattr(part, "joint", None) != self.joint or not isinstance(motion, Motion):
@@ -242,27 +236,21 @@ class Stop(Part):
         """Radius of the faces of a revolute joint, so that the angle beyond the limit is judged."""
         return self.radius if self.joint and isinstance(mechanism.find(self.joint), Revolute) else None
 
-    def _held(self, mechanism: Mechanism) -> Revolute | Prismatic:
-        """The joint of the stop."""
-        return joint_with_coordinate(mechanism, self.label, self.joint)
-
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
-        law, several = self.normal, len(found) > 1
-        laws = law, Frictionless()
+        laws, several = (self.normal, Frictionless()), len(found) > 1
         return [ContactContribution(self.name, kernel, coordinates, (NO_CLEARANCE, *p), *laws, name if several else "")
                 for name, kernel, p in found]  # fmt: skip
 
     def _at_joint(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
         """Coordinates, and name, kernel and parameters of each limit of the joint."""
-        joint = self._held(mechanism)
+        joint = joint_with_coordinate(mechanism, self.label, self.joint)
         ends = joint.ends(mechanism)
         if isinstance(joint, Prismatic):
             p = joint.line(mechanism)
             return ends.coordinates, [(name, travel_gap_kernel, (side, x, *p)) for name, side, x in self._limits()]
         along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
-        drawn = drawn_angle(mechanism, ends)
-        found: Pieces = []
+        drawn, found = drawn_angle(mechanism, ends), Pieces()
         for name, side, limit in self._limits():
             faces = drawn_direction(mechanism, ends.first, along, limit)
             found.append((name, turn_gap_kernel, (side, limit + drawn, self.radius, *faces, *ends.offsets)))
@@ -281,12 +269,10 @@ class Stop(Part):
         drawn, m = dx * math.cos(angle) + dy * math.sin(angle), drawn_direction(mechanism, ends.first, self.along)
         return coordinates, [(name, travel_gap_kernel, (s, x + drawn, *m, *offsets)) for name, s, x in self._limits()]
 
-    def _limits(self) -> Iterator[tuple[str, float, float]]:
+    def _limits(self) -> list[tuple[str, float, float]]:
         """Name, side and value of each limit."""
-        for name, side in ((ABOVE, 1.0), (BELOW, -1.0)):
-            limit = getattr(self, name)
-            if limit is not None:
-                yield name, side, limit
+        both = (ABOVE, 1.0, self.above), (BELOW, -1.0, self.below)
+        return [(name, side, limit) for name, side, limit in both if limit is not None]
 
     def _towards_a_centre(self, mechanism: Mechanism, joint: Revolute) -> tuple[float, float]:
         """Direction from the pin to the centre of the second body, or of the first; X where both lie at the pin."""

@@ -92,9 +92,8 @@ class Force(Part):
     history: Motion | None = field("motion whose value multiplies the force", rule=HISTORY, default=None)
     follower: bool = field(
         "whether the direction turns with the node that carries the point (a thrust, a jet)",
-        rule=instance(bool, "True (the direction turns with the body) or False (it stays)"),
-        default=False,
-    )
+        rule=instance(bool, "True (the direction turns with the body) or False (it stays)"), default=False,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -183,8 +182,7 @@ class Torque(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         body = mechanism.body(self.body.name, self.label)
-        node = body.main if self.at is None else body.attach(self.label, self.at).node
-        theta = ((body.name, node, 2),)
+        theta = ((body.name, body.main if self.at is None else body.attach(self.label, self.at).node, 2),)
         p = (self.torque,)
         signals = signal_contributions(self.name, torque_signal, TORQUE_SIGNALS, theta, p, use_of_factor=MULTIPLIES)
         return [ElementContribution(self.name, torque_kernel, theta, p, factor=self.history), *signals]

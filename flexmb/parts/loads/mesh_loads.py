@@ -168,8 +168,7 @@ class EdgeLoad(MeshLoad):
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
         forces = loads.edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
-        nodes = np.unique(plane.mesh.edges_in(self.edge))
-        return loads.NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
+        return loads.NodalLoad(forces.reshape(-1, 2), np.unique(plane.mesh.edges_in(self.edge)), self.follower)
 
 
 @record

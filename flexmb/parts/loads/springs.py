@@ -20,7 +20,6 @@ from flexmb.model.contributions import (
     Contribution,
     Coordinate,
     ElementContribution,
-    SignalContribution,
     signal_contributions,
 )
 from flexmb.model.law import Motion
@@ -123,8 +122,7 @@ def energies(p, l, rate):
 def put_force(p, q, v, r):
     """r (6,); energy of the spring, no weight, power of the damper."""
     l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
-    F = p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate
-    put_line_force(F, nx, ny, ax, ay, bx, by, r)
+    put_line_force(p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate, nx, ny, ax, ay, bx, by, r)
     return energies(p, l, rate)
 
 
@@ -136,27 +134,22 @@ def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     if l == 0.0:
         return  # no direction: no force
     put_force(p, q, v, r)
-    # columns of d(dx, dy)/dq
-    jx = (-1.0, 0.0, ay, 1.0, 0.0, -by)
-    jy = (0.0, -1.0, -ax, 0.0, 1.0, bx)
+    jx, jy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # columns of d(dx, dy)/dq
     spin = 0.0
     for i in range(6):
         spin += (-ny * jx[i] + nx * jy[i]) * v[i]
     F = k * (l - l0) + d * rate
     # d(l_dot)/dq = spin/l * (t . J) + n . d(J v)/dq, the latter only through the arms
-    turn1 = (nx * ax + ny * ay) * v[2]
-    turn2 = -(nx * bx + ny * by) * v[5]
+    turn1, turn2 = (nx * ax + ny * ay) * v[2], -(nx * bx + ny * by) * v[5]
     for i in range(6):
-        Jn = nx * jx[i] + ny * jy[i]
-        Jt = -ny * jx[i] + nx * jy[i]
+        Jn, Jt = nx * jx[i] + ny * jy[i], -ny * jx[i] + nx * jy[i]
         rate_q = spin * Jt / l
         if i == 2:
             rate_q += turn1
         elif i == 5:
             rate_q += turn2
         for j in range(6):
-            Jnj = nx * jx[j] + ny * jy[j]
-            Jtj = -ny * jx[j] + nx * jy[j]
+            Jnj, Jtj = nx * jx[j] + ny * jy[j], -ny * jx[j] + nx * jy[j]
             K[j, i] += Jnj * (k * Jn + d * rate_q) + F / l * Jtj * Jt
             C[j, i] += d * Jnj * Jn
     K[2, 2] += F * (nx * ax + ny * ay)
@@ -215,27 +208,20 @@ class SpringDamper(PointToPoint):
         return (LineShape(self.name, SPRING if self.stiffness > 0.0 else DAMPER, first.place, second.place),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element; with a free length that moves two loads more."""
+        """One element and four signals; with a free length that moves two loads more, and no energy."""
         ends = self.ends(mechanism)
         rest = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
         length = rest_at_start(self.label, "free_length", rest)
-        x1, y1, x2, y2 = ends.offsets
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
-        p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
+        p = packed(laws | dict(enumerate(ends.offsets, OFFSET1_X)))
         element = SPRING_DAMPER.contribution(self.name, ends.coordinates, p)
         moving = moving_end(self.name, line_pull_kernel, ends.coordinates, self.stiffness, rest, length, ends.offsets)
-        return [element, *moving, *self._signals(ends.coordinates, p, moves=bool(moving))]
-
-    def _signals(
-        self, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, moves: bool
-    ) -> Sequence[SignalContribution]:
-        """Four signals; with a free length that moves three, of which the force counts from the length 0."""
-        found = signal_contributions(self.name, spring_damper_signal, SPRING_SIGNALS, coordinates, p)
-        if not moves:
-            return found
-        length, rate, force, _ = found
-        whole = (*force.p[:FREE_LENGTH], 0.0, *force.p[FREE_LENGTH + 1 :])
-        return [length, rate, replace(force, p=whole, use_of_factor=ADDS)]
+        signals = signal_contributions(self.name, spring_damper_signal, SPRING_SIGNALS, ends.coordinates, p)
+        if moving:  # the force counts from the length 0
+            size, rate, force, _ = signals
+            whole = (*force.p[:FREE_LENGTH], 0.0, *force.p[FREE_LENGTH + 1 :])
+            signals = [size, rate, replace(force, p=whole, use_of_factor=ADDS)]
+        return [element, *moving, *signals]
 
 
 # Signals with their units, in the order of `torsion_spring_signal`.
@@ -319,8 +305,7 @@ class TorsionSpring(Part):
             node = body.main if self.at is None else body.attach(self.label, self.at).node
             coordinates.append((body.name, node, 2))
             drawn += sign * body.node(node).theta
-        p = (self.stiffness, self.damping, rest + drawn)
-        pair = tuple(coordinates)
+        p, pair = (self.stiffness, self.damping, rest + drawn), tuple(coordinates)
         element = TORSION_SPRING.contribution(self.name, pair, p)
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))

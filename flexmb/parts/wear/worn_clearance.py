@@ -29,8 +29,7 @@ from flexmb.parts.joints.revolute import RevoluteClearance, angle_contribution
 from flexmb.parts.wear.worn_joint import WornJoint
 
 CLEARANCE, BEARING_RADIUS, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ON_JOURNAL, CHOSEN = range(8)
-# Place of the first number of the tables of a `Surface`, one behind the other.
-TABLES = 8
+TABLES = 8  # place of the first number of the tables of a `Surface`, one behind the other
 
 
 @compiled
@@ -160,10 +159,8 @@ def worn_signal(p, t, q, v, a):
     return nx * (vey - ex * spin) - ny * (vex + ey * spin) + factor * radius * (v[5] - v[2])
 
 
-# Error of a force that a foundation carries over this force, which counts as none [1].
-CARRIED = 1e-12
-# Least cosine of an angle from the normal at which a foundation carries something [1].
-LEAST_COSINE = 1e-9
+CARRIED = 1e-12  # error of a force that a foundation carries over this force, which counts as none [1]
+LEAST_COSINE = 1e-9  # least cosine of an angle from the normal at which a foundation carries something [1]
 
 
 class Surface(NamedTuple):

@@ -23,18 +23,14 @@ from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.joints.contact_point import arms_of, put_column, put_eccentricity, put_point
-from flexmb.parts.joints.pin_slot import PinSlotClearance
-from flexmb.parts.joints.prismatic import CORNERS, PrismaticClearance
+from flexmb.parts.joints.prismatic import CORNERS, PinSlotClearance, PrismaticClearance
 from flexmb.parts.wear.worn_joint import Wear, WornJoint
 
 (PLAY, HALF, RADIUS, SIDE, ALONG_X, ALONG_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, STEP, STEEPEST, DEEPEST,
  CHOSEN) = range(14)  # fmt: skip
-# Place of the first depth; of a pin the left side of the slot comes first.
-DEPTHS = 14
-# Number of trials at most for the foot; bisection alone has found it to round-off by then.
-MOST_TRIALS = 60
-# Error of the foot over the distance of two places [1] that ends the search.
-CLOSE = 1e-13
+DEPTHS = 14  # place of the first depth; of a pin the left side of the slot comes first
+MOST_TRIALS = 60  # number of trials at most for the foot; bisection alone has found it to round-off by then
+CLOSE = 1e-13  # error of the foot over the distance of two places [1] that ends the search
 
 
 @compiled
@@ -156,10 +152,8 @@ def worn_guide_mode(p, t, q, v, a):
     return 3.0 if upper == 2 or lower == 2 else float(upper + lower)
 
 
-# Names of the sides: upper is left of `along`.
-UPPER, LOWER = "upper", "lower"
-# Number of places to which the wear goes from each half of a step.
-WAYS = 4
+UPPER, LOWER = "upper", "lower"  # names of the sides: upper is left of `along`
+WAYS = 4  # number of places to which the wear goes from each half of a step
 
 
 @record

@@ -47,7 +47,6 @@ class Wear(Input, Shown):
     width: float | None = field(
         "width of both surfaces; None: that of the film, or the diameter of the bearing", "m", positive, default=None
     )
-
     foundation: float | None = field(
         "pressure over depth on the surface of a bearing; None: so that it carries the force at the depth of contact",
         "Pa/m", positive, default=None,
@@ -131,8 +130,7 @@ class EnergyWear(Wear):
 
 
 Kind = TypeVar("Kind", bound="WornJoint")
-# Signals of each contact whose integral is its wear.
-FORCES = ("slip", "normal_force", "friction_force")
+FORCES = ("slip", "normal_force", "friction_force")  # signals of each contact whose integral is its wear
 
 
 @record_with(eq=False)
@@ -159,11 +157,9 @@ class WornJoint(Part):
     _: KW_ONLY
     wear: Wear = field("law of wear", rule=instance(Wear, "a law of wear, e.g. Archard(bearing=1e-13)"))
     profile: tuple[float, ...] = field(
-        "depth by place, of several surfaces one behind the other; empty: unworn",
-        "m",
-        several(not_negative, "numbers"),
-        default=(),
-    )
+        "depth by place, of several surfaces one behind the other; empty: unworn", "m",
+        several(not_negative, "numbers"), default=(),
+    )  # fmt: skip
 
     PLACES: ClassVar[str]  # name of the coordinate of the profiles, and its unit
     PLACE_UNIT: ClassVar[str]
