@@ -8,6 +8,7 @@ import shlex
 import time
 import webbrowser
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from string import Template
 from types import TracebackType
@@ -150,11 +151,17 @@ class Page:
         saves = Path.cwd() if folder is None else folder_of("folder", folder)
         from flexmb.show.live.server import Server
 
-        self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
-        unit, first = length or _by_drives(knobs)
+        if not source and str(getattr(knobs.model, "__module__", "")).startswith("flexmb.mechanisms."):
+            source = [str(getattr(knobs.model, "__name__", "")).replace("_", "-")]  # a ready one
+        if length is None:
+            length = PERIODS, DEFAULT_PERIODS
+            with suppress(FlexmbError):  # told on the page
+                if period_or_none(compile_mechanism(knobs.mechanism(knobs.start))) is None:
+                    length = SECONDS, DEFAULT_SECONDS
+        self._knobs, self._source = knobs, tuple(source)
         self._wanted: tuple[str, ...] = ()
         self._examination = ""
-        self._runner = Runner(knobs, unit, first, self._publish, self._publish_examination)
+        self._runner = Runner(knobs, *length, self._publish, self._publish_examination)
         self._studies = Studies(knobs, self._publish_study, kept)
         self._widgets: list[Widget] = []
         self._files = Files(lambda: self._runner.latest, self._name, saves)
@@ -318,21 +325,6 @@ class Page:
         network = "" if port is None else f"ws://127.0.0.1:{port} ws://localhost:{port}"
         own = (style, "\n".join(scripts))
         return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=own, network=network)
-
-
-def _by_drives(knobs: Knobs) -> tuple[str, float]:
-    """Unit and length of the first run, by the drives of the mechanism at the start values."""
-    try:
-        period = period_or_none(compile_mechanism(knobs.mechanism(knobs.start)))
-    except FlexmbError:
-        return PERIODS, DEFAULT_PERIODS  # told on the page
-    return (SECONDS, DEFAULT_SECONDS) if period is None else (PERIODS, DEFAULT_PERIODS)
-
-
-def _ready(model: Model) -> tuple[str, ...]:
-    """Word of the command line for a ready mechanism."""
-    ready = str(getattr(model, "__module__", "")).startswith("flexmb.mechanisms.")
-    return (str(getattr(model, "__name__", "")).replace("_", "-"),) if ready else ()
 
 
 def _typed(name: str, value: Any, *, of_part: bool) -> list[str]:

@@ -136,24 +136,24 @@ class Runner:
         return self.closed or self.request.number != request.number
 
     def _work(self) -> None:
-        request = self.request
-        examined = False
+        request, is_examined = self.request, False
         while True:
             with self.changed:
                 going = self.goes_on and self.latest.ok and len(self.latest.section) < MOST_POINTS
                 if not going and not self.outdated(request):
-                    self.changed.wait(QUIET if not examined else None)
+                    self.changed.wait(None if is_examined else QUIET)
                 if self.closed:
                     return
                 newest = self.request
             if newest.number != request.number:
-                request, examined = newest, False
+                request, is_examined = newest, False
                 self._serve(request)
             elif going:
                 self._serve(request, self.latest)
-            elif not examined:
-                examined = True
-                self._examine()
+            elif not is_examined:
+                is_examined = True
+                if self.latest.mechanism is not None:
+                    self.examined(self.latest.number, examined(self.latest.mechanism))
 
     def _serve(self, request: Request, before: View | None = None) -> None:
         """Run a request, or go on from a view, and publish the result."""
@@ -196,12 +196,6 @@ class Runner:
         sol = context.run(simulate, mechanism, **span)
         earlier = np.zeros((0, len(sol.names))) if before is None else before.section
         return view_of(request, mechanism, sol, section=_section(earlier, sol, period), period=period)
-
-    def _examine(self) -> None:
-        """Examine the mechanism of the newest view."""
-        view = self.latest
-        if view.mechanism is not None:
-            self.examined(view.number, examined(view.mechanism))
 
 
 class _Watch:

@@ -120,8 +120,7 @@ class Glb:
             self._inputs[key] = self._accessor(time.reshape(-1, 1), None, limits=True)
         output = self._accessor(values, None)
         motion["samplers"].append({"input": self._inputs[key], "output": output, "interpolation": "LINEAR"})
-        target = {"node": node, "path": path}
-        motion["channels"].append({"sampler": len(motion["samplers"]) - 1, "target": target})
+        motion["channels"].append({"sampler": len(motion["samplers"]) - 1, "target": {"node": node, "path": path}})
 
     def bytes(self) -> bytes:
         """The document as a binary glTF file."""
@@ -133,8 +132,7 @@ class Glb:
         text = json.dumps(done, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         data = bytes(self._data) + b"\0" * (-len(self._data) % 4)
-        size = 12 + 8 + len(text) + 8 + len(data)
-        head = struct.pack("<3I", MAGIC, VERSION, size)
+        head = struct.pack("<3I", MAGIC, VERSION, 12 + 8 + len(text) + 8 + len(data))
         return head + struct.pack("<2I", len(text), JSON_CHUNK) + text + struct.pack("<2I", len(data), BIN_CHUNK) + data
 
     def _append(self, kind: str, item: dict[str, Any]) -> int:

@@ -86,8 +86,7 @@ def scene_of(
         if name not in places:
             raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
         arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
-        points = arrow_line(places[name], places[name] + arrow, HEAD * size)
-        arrows.append(Line(name, "force", points))
+        arrows.append(Line(name, "force", arrow_line(places[name], places[name] + arrow, HEAD * size)))
     signs, meshes = symbols(sol, rows, size), drawing.surfaces(sol, rows)
     if true is not None:
         for line, own in zip(lines, drawing.lines(true, rows, PER_ELEMENT), strict=True):
@@ -271,7 +270,13 @@ def plot_mechanism(
     Pose(ax, scene, 0)
     ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
     legend(figure, scene)
-    joint_names(ax, scene, 0, _lengths(scene) if lengths else [])
+    links = []  # middles of the straight bodies and their lengths
+    for part in scene.parts if lengths else ():
+        points = np.concatenate([line.points[0] for line in scene.lines if line.part == part])
+        length = math.dist(points[0], points[-1])
+        if length > 0.0 and np.hypot(*np.diff(points, axis=0).T).sum() < (1.0 + 1e-6) * length:
+            links.append((0.5 * (points[0] + points[-1]), f"{length:.4g} m"))
+    joint_names(ax, scene, 0, links)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
@@ -291,16 +296,3 @@ def reference_solution(mechanism: Mechanism) -> Solution:
         peaks=Peaks(np.abs(row[0]), np.zeros(len(values))), status="Reference configuration.", ok=True,
         stats=Stats(), shapes=mechanism.shapes(), model={"name": mechanism.name},
     )  # fmt: skip
-
-
-def _lengths(scene: Scene) -> list[tuple[np.ndarray, str]]:
-    """Middles of the straight bodies and their lengths as texts [m]."""
-    found = []
-    for part in scene.parts:
-        points = np.concatenate([line.points[0] for line in scene.lines if line.part == part])
-        ends = points[0], points[-1]
-        length = math.dist(*ends)
-        way = np.hypot(*np.diff(points, axis=0).T).sum()
-        if length > 0.0 and way < (1.0 + 1e-6) * length:
-            found.append((0.5 * (ends[0] + ends[1]), f"{length:.4g} m"))
-    return found

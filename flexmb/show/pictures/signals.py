@@ -377,8 +377,7 @@ def plot_campbell(
     given = [checks.number("plot_campbell", f"speeds[{k}]", w, "rad/s") for k, w in enumerate(listed)]
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
-    number = checks.count("plot_campbell", "count", count)
-    found, failed = _frequencies(mechanism, given, number, about, damped)
+    found, failed = _frequencies(mechanism, given, checks.count("plot_campbell", "count", count), about, damped)
     figure, ax = panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
