@@ -101,12 +101,8 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
         return template.format(t=t) + held_rows_sentence(program, trial, record) + warned
     names = (*program.names.coordinates, *program.names.rows)
     cause, remedy = rejected_sentence(program, flow, trial, record)
-    if program.tables.sizes.has_joint_friction and code in (
-        ends.NEWTON_FAILED,
-        ends.STEP_TOO_SMALL,
-        ends.ENERGY_MISSING,
-    ):
-        template += SELF_LOCKING
+    may_lock = code in (ends.NEWTON_FAILED, ends.STEP_TOO_SMALL, ends.ENERGY_MISSING)
+    template += SELF_LOCKING if may_lock and program.tables.sizes.has_joint_friction else ""
     return template.format(
         t=t, h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s", cause=cause,
         remedy=remedy, lost=names[int(record.count.lost_pivot)], last=record.report.correction,
