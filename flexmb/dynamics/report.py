@@ -122,9 +122,8 @@ class ChaosReport:
             dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
             for k, (_, spectrum) in enumerate(having):
                 peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
-            spectra: dict[str, Any] = {
-                one: (dims, np.stack([vars(spectrum)[one] for _, spectrum in having])) for one in ("density", "floor")
-            }
+            density, floor = (np.stack([vars(spectrum)[one] for _, spectrum in having]) for one in ("density", "floor"))
+            spectra: dict[str, Any] = {"density": (dims, density), "floor": (dims, floor)}
             spectra |= {"line": (("signal", "rank"), peaks, {"units": "Hz"}), "line_power": (("signal", "rank"), power)}
             names = np.array([name for name, _ in having], dtype=object)
             frequency = ("frequency", having[0][1].frequency, {"units": "Hz"})

@@ -175,10 +175,8 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
             text += f"{100.0 * min(mode.share, 1.0):.3g} % of the {mode.energy}; until the end the steps lose some "
             text += f"{abs(lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(lost.amplitude):.3g} % of its "
             remedy = "A smaller rtol or step, or RadauIIA(), loses less."
-            text, share = f"{text}amplitude.", mode.share
-            yield found(
-                "lost-vibration", (part,), text, remedy, phase=lost.phase, amplitude=lost.amplitude, share=share
-            )
+            numbers = {**lost._asdict(), "share": mode.share}
+            yield found("lost-vibration", (part,), f"{text}amplitude.", remedy, **numbers)
             return
     if looked.fixed_step is not None and groups and groups[0].states[0].t == looked.begun:
         yield from _unresolved_start(program, groups[0], looked.fixed_step)

@@ -180,10 +180,9 @@ def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
         found += f" But the laws of contact made {made:.3g} J of {{through}} that went through contacts."
     if not found:
         return ""
-    verbs = ["took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts)]
-    return found.format(
-        **energy_texts(ledger, balance), verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes"
-    )
+    verb, in_verb = ("took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts))
+    remedy = "try smaller ones to see what changes"
+    return found.format(**energy_texts(ledger, balance), verb=verb, in_verb=in_verb, remedy=remedy)
 
 
 def _last_correction(program: Program, flow: Flow, trial: Trial) -> str:

@@ -327,9 +327,8 @@ def _found(folder: Path, fingerprint: Mapping[str, Any], kind: str, *, resume: b
         untold = [f"{name} ({text.partition(UNKNOWN)[2]})" for name, text in told if UNKNOWN in text]
         if untold:
             text = f"{label}: it cannot be told whether it was written by the same sweep, because of"
-            raise InputError(
-                f"{text} {', '.join(untold)}. Give another path, or make such objects within the function."
-            )
+            text += f" {', '.join(untold)}. Give another path"
+            raise InputError(f"{text}, or make such objects within the function.")
         there = there.get("fingerprint", {})
         names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
         if names:

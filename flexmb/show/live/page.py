@@ -45,18 +45,10 @@ PACKAGES = {"starlette": "a live page", "uvicorn": "a live page", "websockets": 
 
 @arguments.checked
 def explore(
-    model: Model,
-    *,
-    vary: Mapping[str, Any] | Sequence[str] | None = None,
-    fixed: Mapping[str, Any] | None = None,
-    periods: float | None = None,
-    t_end: float | None = None,
-    store: str | Path | None = None,
-    folder: str | Path | None = None,
-    port: int | None = None,
-    open: bool | None = None,
-    block: bool | None = None,
-) -> Page:
+    model: Model, *, vary: Mapping[str, Any] | Sequence[str] | None = None, fixed: Mapping[str, Any] | None = None,
+    periods: float | None = None, t_end: float | None = None, store: str | Path | None = None,
+    folder: str | Path | None = None, port: int | None = None, open: bool | None = None, block: bool | None = None,
+) -> Page:  # fmt: skip
     """Live page in the browser or in a notebook: a moving mechanism with sliders, and a run at each change.
 
     The page listens on this machine alone (127.0.0.1), and its address holds a token.  It shows signals, orbits of
@@ -97,10 +89,8 @@ def explore(
     """
     if periods is not None and t_end is not None:
         raise InputError(f"{LABEL}: periods is {periods!r} and t_end is {t_end!r}; give one of them.")
-    opened, waits = (
-        not in_notebook() if flag is None else checks.flag(LABEL, name, flag)
-        for name, flag in (("open", open), ("block", block))
-    )
+    opened = not in_notebook() if open is None else checks.flag(LABEL, "open", open)
+    waits = not in_notebook() if block is None else checks.flag(LABEL, "block", block)
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
     page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port, folder=folder)
     if in_notebook():  # where a cell that is run again makes another page
@@ -136,14 +126,9 @@ class Page:
     # In: numbers and choices that vary; unit and length of the first run; words by which the command line finds the
     # mechanism, none for one of a script; folder of diagrams; port; folder of files. None is as for `explore`.
     def __init__(
-        self,
-        knobs: Knobs,
-        length: tuple[str, float] | None = None,
-        source: Sequence[str] = (),
-        store: str | Path | None = None,
-        port: int | None = None,
-        folder: str | Path | None = None,
-    ) -> None:
+        self, knobs: Knobs, length: tuple[str, float] | None = None, source: Sequence[str] = (),
+        store: str | Path | None = None, port: int | None = None, folder: str | Path | None = None,
+    ) -> None:  # fmt: skip
         number = None if port is None else checks.count(LABEL, "port", checks.between(LABEL, "port", port, 1024, 65535))
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)

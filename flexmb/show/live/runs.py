@@ -194,8 +194,15 @@ class Runner:
         context = copy_context()
         context.run(AFTER_BLOCK.set, watched)
         sol = context.run(simulate, mechanism, **span)
-        earlier = np.zeros((0, len(sol.names))) if before is None else before.section
-        return view_of(request, mechanism, sol, section=_section(earlier, sol, period), period=period)
+        # Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one
+        section = np.zeros((0, len(sol.names))) if before is None else before.section
+        if period is not None and len(sol.time) > 1:
+            first, last = np.floor(sol.time[[0, -1]] / period + 1e-6)
+            times = period * np.arange(first + 1.0, last + 1.0)
+            rows = sol.values[nearest_to_each(sol, times)] if len(times) else np.zeros((0, len(sol.names)))
+            most = min(MOST_POINTS, MOST_NUMBERS // max(len(sol.names), 1))
+            section = np.concatenate([section, rows])[-most:]
+        return view_of(request, mechanism, sol, section=section, period=period)
 
 
 class _Watch:
@@ -215,14 +222,3 @@ class _Watch:
             self.told = now
             sol = replace(run.solution({"name": self.mechanism.name}), status=f"Running: t = {run.flow.clock.t:.4g} s.")
             self.runner.published(view_of(self.request, self.mechanism, sol, done=False, period=run.period))
-
-
-def _section(earlier: np.ndarray, sol: Solution, period: float | None) -> np.ndarray:
-    """Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one."""
-    if period is None or len(sol.time) < 2:
-        return earlier
-    first, last = np.floor(sol.time[0] / period + 1e-6), np.floor(sol.time[-1] / period + 1e-6)
-    times = period * np.arange(first + 1.0, last + 1.0)
-    most = min(MOST_POINTS, MOST_NUMBERS // max(len(sol.names), 1))
-    rows = sol.values[nearest_to_each(sol, times)] if len(times) else np.zeros((0, len(sol.names)))
-    return np.concatenate([earlier, rows])[-most:]

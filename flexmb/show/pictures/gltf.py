@@ -56,16 +56,9 @@ class Glb:
         return self._append("materials", {"name": name, "pbrMetallicRoughness": surface, "doubleSided": True})
 
     def mesh(
-        self,
-        name: str,
-        positions: np.ndarray,
-        normals: np.ndarray,
-        faces: np.ndarray,
-        material: int,
-        *,
-        colours: np.ndarray | None = None,
-        shapes: Sequence[np.ndarray] = (),
-    ) -> int:
+        self, name: str, positions: np.ndarray, normals: np.ndarray, faces: np.ndarray, material: int, *,
+        colours: np.ndarray | None = None, shapes: Sequence[np.ndarray] = (),
+    ) -> int:  # fmt: skip
         """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3)."""
         # Linear colours (n, 3) of the points multiply that of the material; None: that of the material. `shapes` are
         # displacements (n, 3) [m] that `deform` adds up (morph targets).

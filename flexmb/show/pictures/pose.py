@@ -37,12 +37,9 @@ ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 
 
 def place_names(
-    ax: Axes,
-    points: Sequence[tuple[np.ndarray, str]],
-    lines: Sequence[np.ndarray],
-    keep_free: Sequence[np.ndarray] = (),
-    feet: Sequence[np.ndarray] = (),
-) -> list[Annotation]:
+    ax: Axes, points: Sequence[tuple[np.ndarray, str]], lines: Sequence[np.ndarray],
+    keep_free: Sequence[np.ndarray] = (), feet: Sequence[np.ndarray] = (),
+) -> list[Annotation]:  # fmt: skip
     """Names beside their points; the layout of the figure is settled by this call."""
     # Each name takes the cheapest of some hundred places around its point: the nearest one that is free of other names,
     # of points, and, if possible, of lines. Points, polylines (m, 2) that are better not hidden, further points to be

@@ -60,14 +60,10 @@ class Scene:
 
 
 def scene_of(
-    sol: Solution,
-    rows: np.ndarray,
-    *,
-    box: Box | None = None,
-    paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None,
-    forces: Sequence[str] = (),
+    sol: Solution, rows: np.ndarray, *, box: Box | None = None,
+    paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None, forces: Sequence[str] = (),
     true: Solution | None = None,
-) -> Scene:
+) -> Scene:  # fmt: skip
     """Scene of saved rows with numbers (n,) of a solution; `box`: limits of the axes, None: room for all poses."""
     # `paths` are paths of points by name, with their instants; None: those of the markers with a trace. Section forces
     # and stresses are those of `true` where the deformation of `sol` is magnified.
@@ -139,12 +135,9 @@ CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a r
 
 @arguments.checked
 def render(
-    sol: Solution,
-    times: Sequence[float] | np.ndarray | None = None,
-    *,
-    path: str | Path | None = None,
+    sol: Solution, times: Sequence[float] | np.ndarray | None = None, *, path: str | Path | None = None,
     size: tuple[float, float] | None = None,
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
     Each body has a colour.  Beams are drawn deformed in true scale and with their depth.  Joints are dots, joints with
@@ -249,10 +242,8 @@ def legend(figure: Figure, scene: Scene) -> None:
         handles = [*handles[: MOST_NAMES - 1], mpl.lines.Line2D([], [], linestyle="", label=f"and {more} more")]
     if handles:
         lengths, width = [len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0]
-        spaces = (
-            (k, sum(0.62 + 0.085 * max(one) for one in np.array_split(lengths, k))) for k in range(len(lengths), 1, -1)
-        )
-        columns = next((k for k, space in spaces if space <= width), 1)
+        parts = ((k, np.array_split(lengths, k)) for k in range(len(lengths), 1, -1))
+        columns = next((k for k, own in parts if sum(0.62 + 0.085 * max(one) for one in own) <= width), 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
 
 

@@ -552,9 +552,8 @@ def plot_pressure(sol: Solution, joint: Part | str, *, at: float | None = None, 
     ax.fill_between(directions, 0.0, found * 10.0**-power, color=COLOURS[0], alpha=0.25, linewidth=0.0)
     ax.plot(directions, found * 10.0**-power, color=COLOURS[0])
     top, towards = 1.05 * (largest or 1.0) * 10.0**-power, float(np.arctan2(y, x))
-    ax.plot(
-        [towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label="to the journal's centre"
-    )
+    label = "to the journal's centre"
+    ax.plot([towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label=label)
     ax.set_ylim(min(0.0, float(found.min()) * 10.0**-power), top)
     ax.set_rlabel_position(float(np.degrees(directions[found.argmax()])) + 180.0)  # type: ignore[attr-defined]
     ax.grid(visible=True, color="0.9", linewidth=0.6)

@@ -84,15 +84,9 @@ KEYS = "space: play and stop    left, right: frame by frame    mouse: move and z
 
 @arguments.checked
 def view(
-    sol: Solution,
-    *,
-    magnify: float = 1.0,
-    colour: str | None = "moment",
-    forces: bool | Sequence[str] = False,
-    off_screen: bool = False,
-    time: float | None = None,
-    follow: str | None = None,
-) -> pyvista.Plotter:
+    sol: Solution, *, magnify: float = 1.0, colour: str | None = "moment", forces: bool | Sequence[str] = False,
+    off_screen: bool = False, time: float | None = None, follow: str | None = None,
+) -> pyvista.Plotter:  # fmt: skip
     """The run in a window, with a slider of the time; the space bar plays the motion.
 
     The poses are saved rows, at most 500 of them.  The call returns when the window is closed.

@@ -35,17 +35,12 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
     else:
         sampled = [] if motion is None else [str(name) for name in motion.data_vars]
         names = list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
+    units = [root[name].attrs.get("units", "") for name in names]
     data: dict[str, Any] = {
-        "kind": "chaos",
-        "first": int(root["period"].values[0]),
-        "unit": root["exponent"].attrs.get("units", ""),
+        "kind": "chaos", "first": int(root["period"].values[0]), "unit": root["exponent"].attrs.get("units", ""),
         "plane": list(names[:2]) if len(names) > 1 else ["number", names[0]],
-        "section": {
-            "names": names,
-            "units": [root[name].attrs.get("units", "") for name in names],
-            "points": html.floats(_columns(root, names)),
-        },
-    }
+        "section": {"names": names, "units": units, "points": html.floats(_columns(root, names))},
+    }  # fmt: skip
     if motion is not None:
         sampled = [str(name) for name in motion.data_vars]
         data["motion"] = {"names": sampled, "curves": html.floats(_columns(motion, sampled))}

@@ -26,14 +26,9 @@ ENDINGS = {".html", ".htm"}
 
 @arguments.checked
 def report(
-    result: Solution | ChaosReport | Fit | xr.Dataset,
-    path: str | Path,
-    *,
-    mechanism: Mechanism | None = None,
-    frames: int = MOST_FRAMES,
-    signals: Sequence[str] | None = None,
-    title: str | None = None,
-) -> Path:
+    result: Solution | ChaosReport | Fit | xr.Dataset, path: str | Path, *, mechanism: Mechanism | None = None,
+    frames: int = MOST_FRAMES, signals: Sequence[str] | None = None, title: str | None = None,
+) -> Path:  # fmt: skip
     """One HTML page with the moving mechanism, plots, contacts, energies, parts, examination and settings of a run.
 
     The page is one file that needs no network and forbids any; all browsers since 2023 show it.  A bifurcation diagram

@@ -272,20 +272,6 @@ def energy_section(sol: Solution) -> Markup | None:
     return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
 
 
-def settings_section(sol: Solution, frames: int) -> Markup:
-    """Section of settings, versions and the command of a run."""
-    model = dict(sol.model)
-    command = model.pop("command", None)
-    typed = shlex.join(["flexmb", *map(str, command if isinstance(command, list) else [command])])
-    rows: list[tuple[str, Content]] = [("command", tag("code", typed))] if command else []
-    rows += [("mechanism", sol.name), ("frames here", f"{frames} of {len(sol.time)} saved instants")]
-    rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
-    written = model.get("flexmb", model.get("version", "unknown"))
-    here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
-    rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
-    return section("Settings and versions", facts(rows), anchor="settings")
-
-
 def _short(value: Any) -> str:
     text = value if isinstance(value, str) else ", ".join(map(str, value)) if isinstance(value, list) else str(value)
     return text if len(text) <= 400 else f"{text[:400]} ..."
@@ -327,7 +313,18 @@ def write_run(
     heading = sol.name if title is None else title
     shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, fields=fields_of(moving))
     description = described(known) if known is not None else dict(sol.description)
-    sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
+    # Settings, versions and the command of the run
+    model = dict(sol.model)
+    command = model.pop("command", None)
+    typed = shlex.join(["flexmb", *map(str, command if isinstance(command, list) else [command])])
+    rows: list[tuple[str, Content]] = [("command", tag("code", typed))] if command else []
+    rows += [("mechanism", sol.name), ("frames here", f"{len(instants)} of {len(sol.time)} saved instants")]
+    rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
+    written = model.get("flexmb", model.get("version", "unknown"))
+    here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
+    rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
+    settings = section("Settings and versions", facts(rows), anchor="settings")
+    sections = joined([_body(sol, shown, known, description), settings])
     page = tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
     return write_page(path, heading, _head(sol), links, page, SCRIPTS, data)

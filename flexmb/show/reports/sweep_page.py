@@ -90,7 +90,8 @@ def _points(diagram: xr.Dataset, name: str, rows: list[dict[str, Any]]) -> dict[
 
 
 def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
-    label = f"Bifurcation diagram over {diagram.attrs['parameter']}; the table of values holds the same in words."
+    parameter = diagram.attrs["parameter"]
+    label = f"Bifurcation diagram over {parameter}; the table of values holds the same in words."
     canvas = html.tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
     choice = html.tag("label", "Signal", html.Markup(" "), html.tag("select", id="signal"))
     controls = html.tag("div", choice, html.tag("button", "Fit", type="button", id="fit"), class_="row")
@@ -99,12 +100,7 @@ def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
     picture = html.section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
     listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
     settings = html.section("Settings", html.facts(listed), anchor="settings")
-    return html.tag("main", picture, _values(diagram, rows), settings, id="top")
-
-
-def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
-    """Table of the verdicts of all values."""
-    parameter = diagram.attrs["parameter"]
+    # Table of the verdicts of all values
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
     cells: list[list[html.Content]] = []
     for row in rows:
@@ -114,4 +110,5 @@ def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
         cells.append([value, row["direction"], row["verdict"], exponent, row["status"], link])
     head = f"{parameter} [{pretty(unit)}]" if unit else parameter
     heads = [head, "direction", "verdict", "exponent [1/s]", "status", "run"]
-    return html.section("Values", html.table("Verdicts of all values", heads, cells, numbers=[3]), anchor="values")
+    listing = html.table("Verdicts of all values", heads, cells, numbers=[3])
+    return html.tag("main", picture, html.section("Values", listing, anchor="values"), settings, id="top")
