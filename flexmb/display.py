@@ -34,16 +34,10 @@ def value_text(value: Any, *, nested: bool = True) -> str:
         return _list_text([f"{key}: {value_text(item, nested=nested)}" for key, item in value.items()], "{}")
     if is_dataclass(value) and not isinstance(value, type) and not nested:
         return f"{type(value).__name__}(...)"
-    return _plain_text(value)
-
-
-def _plain_text(value: Any) -> str:
-    """Short text of a value that holds no other ones."""
-    if isinstance(value, float | np.floating):
-        return number_text(float(value))
     if isinstance(value, np.ndarray):
         return f"array of shape {value.shape}"
-    return str(getattr(value, "__name__", None) or repr(value))
+    is_float = isinstance(value, float | np.floating)
+    return number_text(float(value)) if is_float else str(getattr(value, "__name__", None) or repr(value))
 
 
 class Inside:

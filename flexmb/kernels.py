@@ -143,10 +143,7 @@ MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
 JOINT_FRICTION = _contract("joint_friction", "p q lam out H", types.void, _P, _V, _V, _V, _M)
 FORCE = _contract("force", "p t h q v a z r z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _V)
 TANGENT = _contract(
-    "tangent",
-    "p t h q v a z kq kv ka r A z_new",
-    types.void,
-    *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V),
+    "tangent", "p t h q v a z kq kv ka r A z_new", types.void, *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V)
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 DAMPING = _contract("damping", "p t q v w", types.UniTuple(_F, 2), _P, _F, _V, _V, _V)

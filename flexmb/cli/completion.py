@@ -70,8 +70,18 @@ def completion(options: argparse.Namespace) -> int:
         print("\n".join(_fish(commands, mechanisms)))
         return 0
     text, names = BASH if options.shell == "bash" else ZSH, " ".join(w.command for w in commands)
-    cases = "\n".join(_cases(commands, mechanisms, *PLACES[options.shell]))
-    print(text.replace("@CASES@", cases).replace("@COMMANDS@", f"{names} --help --version"), end="")
+    # Names and ending of the first argument, and options, of a typed command
+    first, second = PLACES[options.shell]
+    cases = [f'    local names="" ending="" options=""\n    case "{first}" in']
+    for w in commands:
+        given = f'names="{" ".join(w.values)}" ending="{w.ending}" options="{" ".join(w.options)}"'
+        cases.append(f"        {w.command}) {given} ;;")
+    cases.append(f'    esac\n    case "{first}:{second}" in')
+    for name, flags in mechanisms.items():
+        typed = "|".join(f"{w.command}:{name}" for w in commands if w.takes_mechanism)
+        cases.append(f'        {typed}) options="$options {" ".join(flags)}" ;;')
+    whole = text.replace("@CASES@", "\n".join([*cases, "    esac"]))
+    print(whole.replace("@COMMANDS@", f"{names} --help --version"), end="")
     return 0
 
 
@@ -86,19 +96,6 @@ def words() -> Iterator[Words]:
         ending = ".py" if takes else ".nc" if any(action.metavar == "RUN.nc" for action in plain) else ""
         values = tuple(ready()) if takes else tuple(str(v) for action in plain[:1] for v in action.choices or ())
         yield Words(command.name, command.help, flags, values, ending, takes)
-
-
-def _cases(commands: list[Words], mechanisms: dict[str, dict[str, str]], first: str, second: str) -> Iterator[str]:
-    """Lines in bash and zsh that set names and ending of the first argument, and options, of a typed command."""
-    yield f'    local names="" ending="" options=""\n    case "{first}" in'
-    for w in commands:
-        names, options = " ".join(w.values), " ".join(w.options)
-        yield f'        {w.command}) names="{names}" ending="{w.ending}" options="{options}" ;;'
-    yield f'    esac\n    case "{first}:{second}" in'
-    for name, flags in mechanisms.items():
-        typed = "|".join(f"{w.command}:{name}" for w in commands if w.takes_mechanism)
-        yield f'        {typed}) options="$options {" ".join(flags)}" ;;'
-    yield "    esac"
 
 
 def _fish(commands: list[Words], mechanisms: dict[str, dict[str, str]]) -> Iterator[str]:

@@ -3,7 +3,7 @@
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -70,26 +70,21 @@ def require_folder(folder: Path) -> None:
 def table(mechanism: Mechanism, sol: Solution) -> str:
     """Text of the summary of a run."""
     rows = [("mechanism", sol.name), ("status", sol.status), *((fact.label, fact.text) for fact in facts(sol))]
-    rows += [*_path_rows(mechanism, sol), *(("note", text) for text in sol.notes)]
+    body, guide = followed(mechanism)
+    if body is not None and len(sol.time):  # stroke of a slider along its guide, or swing of the last body
+        if guide is not None and guide.first.name == GROUND.name:
+            along = np.array(guide.along) / np.hypot(*guide.along)
+            travel = along[0] * sol.array(f"{body.name}.x") + along[1] * sol.array(f"{body.name}.y")
+            rows.append((f"stroke of {body.name}", f"{np.ptp(travel):.6g} m"))
+        else:
+            rows.append((f"swing of {body.name}", f"{np.ptp(sol.array(f'{body.name}.theta')):.6g} rad"))
+    rows += [("note", text) for text in sol.notes]
     lines = [f"{name:<22s}{text}" for name, text in rows]
     peaks = [(name, sol.peak(name)) for name in main_signals(sol)]
     if peaks:
         lines += ["", f"{'largest absolute value':<34s}{'of all steps':>14s}          at t [s]"]
         lines += [f"  {name:<32s}{p.value:>14.6g} {sol.units(name):<8s}{p.time:>9.6g}" for name, p in peaks]
     return "\n".join(lines)
-
-
-def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]:
-    """Stroke of a slider along its guide, or swing of the last body, over the saved instants."""
-    body, guide = followed(mechanism)
-    if body is None or not len(sol.time):
-        return
-    if guide is not None and guide.first.name == GROUND.name:
-        along = np.array(guide.along) / np.hypot(*guide.along)
-        travel = along[0] * sol.array(f"{body.name}.x") + along[1] * sol.array(f"{body.name}.y")
-        yield f"stroke of {body.name}", f"{np.ptp(travel):.6g} m"
-    else:
-        yield f"swing of {body.name}", f"{np.ptp(sol.array(f'{body.name}.theta')):.6g} rad"
 
 
 COMMAND = "command"  # name of the arguments of `flexmb run` in `Solution.model`

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
@@ -24,9 +25,6 @@ from flexmb.show.reports.chaos_page import write_chaos
 from flexmb.show.reports.report import report as page_of
 from flexmb.units import quantity
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def plot(options: argparse.Namespace) -> int:
@@ -74,7 +72,11 @@ GROUPS = ("", "motion")  # groups of a file of `flexmb chaos` that are drawn
 
 def report(options: argparse.Namespace) -> int:
     """`flexmb report`: write the page of a saved run, with its mechanism if the file or the user names it."""
-    if groups := datasets_of(options.file):
+    known = False
+    with suppress(*READ_ERRORS), h5py.File(options.file, "r") as file:
+        known = file.attrs.get("kind", b"") in ("bifurcation", "chaos", b"bifurcation", b"chaos")
+    if known:
+        groups = load_netcdf(options.file, GROUPS)
         target = options.out or options.file.with_suffix(".html")
         is_chaos = groups[""].attrs["kind"] == "chaos"
         print(write_chaos(groups, target, None, None) if is_chaos else page_of(groups[""], target))
@@ -104,16 +106,6 @@ def declared_again(command: list[str], name: str | None) -> tuple[Mechanism, arg
     if source is None:
         raise InputError(f"the command of the run, {' '.join(given)!r}, names no mechanism. Give it as NAME.")
     return source.with_changes(options.set).mechanism(keywords_of(options, maker_options)), options
-
-
-def datasets_of(path: Path) -> dict[str, xr.Dataset]:
-    """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file."""
-    try:
-        with h5py.File(path, "r") as file:
-            known = file.attrs.get("kind", b"") in ("bifurcation", "chaos", b"bifurcation", b"chaos")
-    except READ_ERRORS:
-        return {}
-    return load_netcdf(path, GROUPS) if known else {}
 
 
 def vtk(options: argparse.Namespace) -> int:

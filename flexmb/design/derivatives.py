@@ -90,8 +90,7 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
         raise InputError(f"{label}: save is 'steps'; give a number of instants, an interval or times.")
     many = math.floor(end / grid.interval * (1.0 + 1e-9)) + 1
     times = grid.times if len(grid.times) else grid.interval * np.arange(many)
-    inner = times[(times > 0.0) & (times < end * (1.0 - 1e-9))]
-    due = np.concatenate([[0.0], inner, [end]])
+    due = np.concatenate([[0.0], times[(times > 0.0) & (times < end * (1.0 - 1e-9))], [end]])
     here = neighbour(mechanism)
     run = ParameterRun(program, method, step, end, period, mechanism=mechanism, kept=np.unique(places))
     run.begin(here.start)
@@ -203,8 +202,7 @@ class Sensitivity(Measures):
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Lines of a table in columns."""
     widths = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head))]
-    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in [head, *rows]]
-    return "\n".join(lines)
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in [head, *rows])
 
 
 @arguments.checked
@@ -272,9 +270,8 @@ def measure_of(label: str, one: Any) -> Measure | str:
 
 def told(held: ParameterModel) -> dict[str, Any]:
     """Names, values and units of the parameters, as coordinates."""
-    units = [one.unit for one in held.parameters]
-    values = {"value": ("parameter", list(held.values)), "unit_of_parameter": ("parameter", units)}
-    return {"parameter": list(held.names), **values}
+    columns = {"value": list(held.values), "unit_of_parameter": [one.unit for one in held.parameters]}
+    return {"parameter": list(held.names), **{name: ("parameter", column) for name, column in columns.items()}}
 
 
 def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.ndarray]]) -> xr.Dataset:

@@ -207,11 +207,9 @@ class _Evaluation:
                 raise  # unknown signals and the like
             return Design(list(key), [0.0] * n, [[0.0] * len(key)] * n, f"{type(error).__name__}: {error}")
         amounts = [measured(one, found.rows[signals.index(one.signal)]) for one in measures]
-        many = len(self.weights)
-        weights = list(self.weights.values())
-        first = sum(w * amount for w, (amount, _) in zip(weights, amounts, strict=False))
-        slope = sum(w * change for w, (_, change) in zip(weights, amounts, strict=False)) * self.width
-        rows = [(float(first), slope)]
+        many, weighted = len(self.weights), list(zip(self.weights.values(), amounts, strict=False))
+        slope = sum(w * change for w, (_, change) in weighted) * self.width
+        rows = [(float(sum(w * amount for w, (amount, _) in weighted)), slope)]
         for one, (amount, change) in zip(self.limits, amounts[many:], strict=True):
             rows.append((one.room(amount), one.sign * change * self.width))
         rows += [self._function(one, values) for one in self.functions]

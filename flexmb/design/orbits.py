@@ -124,8 +124,7 @@ def static_sensitivity(
     T.q[:, :n] = T.u[:, :n]
     run.find_slopes()
     units, signals = here.program.names.signals.units, run.record.signals[places]
-    named = zip(names, places, signals, T.rows.now.T, strict=True)
-    rows = [(name, units[k], y, slope) for name, k, y, slope in named]
+    rows = [(name, units[k], y, slope) for name, k, y, slope in zip(names, places, signals, T.rows.now.T, strict=True)]
     if count:
         rows += _frequencies(label, here.program, rest, modes(mechanism, count, at=rest), T)
     return StaticSensitivity(measures_of(held, rows), rest)
@@ -398,8 +397,7 @@ def _carried(
             away, later = _closing(orbit, ends[:, k] + period[k] * rate - state[k], rate)
             state[k], period[k] = state[k] + away, period[k] + later
     result.rows[0].time[0] = orbit.time  # of all signals
-    unknown = np.full((len(names), len(result.rows[0].time), p), np.nan)
-    return _Signals(state, period, result, unknown, period)
+    return _Signals(state, period, result, np.full((len(names), len(result.rows[0].time), p), np.nan), period)
 
 
 def _closing(orbit: PeriodicOrbit, gap: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, float]:

@@ -203,13 +203,10 @@ def _first_order(held: ParameterModel, laws: Sequence[Any], measures: Sequence[M
 def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
     """Sampled parameters (blocks x samples, n); blocks of Sobol's indices: A, B, and A with each column of B."""
     n = len(laws)
-    if blocks == 1:
-        u = box_points(samples, n)
-    else:
-        both = box_points(samples, 2 * n)
-        A, B = both[:, :n], both[:, n:]
-        mixed = [np.where(np.arange(n) == k, B, A) for k in range(n)]
-        u = np.concatenate([A, B, *mixed])
+    u = box_points(samples, n if blocks == 1 else 2 * n)
+    if blocks > 1:
+        A, B = u[:, :n], u[:, n:]
+        u = np.concatenate([A, B, *(np.where(np.arange(n) == k, B, A) for k in range(n))])
     u = np.clip(u, 1e-12, 1.0 - 1e-12)
     return np.stack([law.quantile(u[:, k]) for k, law in enumerate(laws)], axis=1)
 

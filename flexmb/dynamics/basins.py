@@ -161,8 +161,7 @@ class Basin:
     @property
     def fractions(self) -> dict[int, float]:
         """Fraction of the grid by number of the attractor, with lost (-1) and undecided (0) motions."""
-        numbers = [k for k in (LOST, UNDECIDED) if (self.number == k).any()]
-        numbers += range(1, len(self.attractors) + 1)
+        numbers = [*np.unique(self.number[self.number <= UNDECIDED]).tolist(), *range(1, len(self.attractors) + 1)]
         return {k: float(np.mean(self.number == k)) for k in numbers}
 
     def to_dataset(self) -> xr.Dataset:
@@ -238,8 +237,7 @@ def basin(
     """
     moved = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism")
     require_executor(LABEL, executor)
-    places = [_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y"))]
-    (a, ax, ua, xs), (b, by, ub, ys) = places
+    (a, ax, ua, xs), (b, by, ub, ys) = (_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y")))
     if a == b:
         raise InputError(f"{LABEL}: x and y are both {ax!r}; they must be two numbers of the state.")
     starts = np.tile(moved.state(), (len(ys) * len(xs), 1))

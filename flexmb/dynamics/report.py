@@ -109,7 +109,26 @@ class ChaosReport:
         and history, the exponents of the second run, and the verdict with its evidence.  "motion" holds the fine
         samples of the selected signals, "series" and "spectrum" the estimates from each signal.
         """
-        return datasets(self)
+        groups, motion = {"": _root(self)}, self.motion
+        if motion.times.size:
+            columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
+            data = {name: ("time", column, {"units": units}) for name, units, column in columns}
+            groups["motion"] = xr.Dataset(data, {"time": ("time", motion.times, {"units": "s"})})
+        if self.signals:
+            groups["series"] = _series(self.signals)
+        having = [(f.name, f.spectrum) for f in self.signals if f.spectrum is not None]
+        if having:
+            most = max(len(spectrum.peaks) for _, spectrum in having)
+            dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
+            for k, (_, spectrum) in enumerate(having):
+                peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
+            density, floor = (np.stack([vars(spectrum)[one] for _, spectrum in having]) for one in ("density", "floor"))
+            spectra: dict[str, Any] = {"density": (dims, density), "floor": (dims, floor)}
+            spectra |= {"line": (("signal", "rank"), peaks, {"units": "Hz"}), "line_power": (("signal", "rank"), power)}
+            names = np.array([name for name, _ in having], dtype=object)
+            frequency = ("frequency", having[0][1].frequency, {"units": "Hz"})
+            groups["spectrum"] = xr.Dataset(spectra, {"signal": names, "frequency": frequency})
+        return groups
 
     @property
     def tree(self) -> xr.DataTree:
@@ -364,7 +383,14 @@ def _signal(f: SignalEstimates, system: Exponents, option: str) -> Iterator[str]
         text = f.zero_one.kind if f.zero_one.ok else f"no value: {f.zero_one.status} Give a larger {option}keep."
         yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
     if f.exponent is not None:
-        text = _compared(f.exponent, system) if f.exponent.ok else f"no value: {f.exponent.status}"
+        if not f.exponent.ok:
+            text = f"no value: {f.exponent.status}"
+        elif not np.isfinite(system.error):
+            text = ""
+        elif abs(f.exponent.value - system.value) <= f.exponent.error + 2.0 * system.error:
+            text = "agrees with that of the system within both errors"
+        else:
+            text = "differs from that of the system: trust the tangent vectors, a signal has finite distances only"
         yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.units, text)
     if f.spectrum is not None:
         strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
@@ -372,58 +398,21 @@ def _signal(f: SignalEstimates, system: Exponents, option: str) -> Iterator[str]
         text += f"; strongest {strongest} Hz" if strongest else ""
         yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
     if f.dimension is not None:
-        about = _about_dimension(f.dimension, system, option)
-        yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", about)
+        value, error, text = f.dimension.value, f.dimension.error, "of the motion in time; the section has 1 less"
+        if not f.dimension.ok:
+            text = f"no value: {f.dimension.status} Give a larger {option}series."
+        elif value < POINTS:
+            text = "a few separate points: a cycle that is sampled in step with its period"
+        elif str(system.verdict) == "chaotic" and value + error < MORE_THAN:  # contradicts chaos in time
+            text = "too low: chaos in time has more than 2. The record shows few neighbours; give a larger"
+            text += f" {option}series"
+        yield _line("correlation dimension", value, error, "", text)
     if f.recurrence is not None:
         r = f.recurrence
         yield _line("recurrence: rate", r.rate, None, "", "fraction of the pairs of states that are near each other")
         yield _line("  determinism", r.determinism, None, "", "fraction of these that stay so for some samples")
         length = "most samples for which two states stay near each other; the whole record for a periodic motion"
         yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
-
-
-def _about_dimension(dimension: CorrelationDimension, system: Exponents, option: str) -> str:
-    """Meaning of a correlation dimension; a dimension below 2 contradicts chaos in time."""
-    if not dimension.ok:
-        return f"no value: {dimension.status} Give a larger {option}series."
-    if dimension.value < POINTS:
-        return "a few separate points: a cycle that is sampled in step with its period"
-    if str(system.verdict) == "chaotic" and dimension.value + dimension.error < MORE_THAN:
-        return f"too low: chaos in time has more than 2. The record shows few neighbours; give a larger {option}series"
-    return "of the motion in time; the section has 1 less"
-
-
-def _compared(found: SeriesExponent, system: Exponents) -> str:
-    """Comparison of the exponent of a signal with that of the system."""
-    if not np.isfinite(system.error):
-        return ""
-    if abs(found.value - system.value) <= found.error + 2.0 * system.error:
-        return "agrees with that of the system within both errors"
-    return "differs from that of the system: trust the tangent vectors, a signal has finite distances only"
-
-
-def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
-    """Datasets of a report by the name of their group, see `ChaosReport.groups`."""
-    groups, motion = {"": _root(report)}, report.motion
-    if motion.times.size:
-        columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
-        data = {name: ("time", column, {"units": units}) for name, units, column in columns}
-        groups["motion"] = xr.Dataset(data, {"time": ("time", motion.times, {"units": "s"})})
-    if report.signals:
-        groups["series"] = _series(report.signals)
-    if any(estimate.spectrum is not None for estimate in report.signals):
-        having = [(f.name, f.spectrum) for f in report.signals if f.spectrum is not None]
-        most = max(len(spectrum.peaks) for _, spectrum in having)
-        dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
-        for k, (_, spectrum) in enumerate(having):
-            peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
-        density, floor = (np.stack([vars(spectrum)[one] for _, spectrum in having]) for one in ("density", "floor"))
-        spectra: dict[str, Any] = {"density": (dims, density), "floor": (dims, floor)}
-        spectra |= {"line": (("signal", "rank"), peaks, {"units": "Hz"}), "line_power": (("signal", "rank"), power)}
-        names = np.array([name for name, _ in having], dtype=object)
-        frequency = ("frequency", having[0][1].frequency, {"units": "Hz"})
-        groups["spectrum"] = xr.Dataset(spectra, {"signal": names, "frequency": frequency})
-    return groups
 
 
 def _root(report: ChaosReport) -> xr.Dataset:
@@ -455,7 +444,18 @@ def _root(report: ChaosReport) -> xr.Dataset:
 
 def _series(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
     """Estimates by signal, numbers and texts; NaN and "" for missing estimates."""
-    rows = [_row(estimate) for estimate in estimates]
+    names = ("rate", "determinism", "laminarity", "mean_diagonal", "longest_diagonal", "entropy", "trapping_time")
+    rows: list[dict[str, float | str]] = []
+    for f in estimates:
+        wanted: tuple[tuple[Any, dict[str, str]], ...] = (
+            (f.zero_one, {"zero_one": "value", "zero_one_spread": "spread", "zero_one_kind": "kind"}),
+            (f.exponent, {"rosenstein": "value", "rosenstein_error": "error", "rosenstein_status": "status"}),
+            (f.spectrum, {"line_share": "line_share", "spectrum_kind": "kind"}),
+            (f.dimension, {"dimension": "value", "dimension_error": "error", "dimension_status": "status"}),
+            (f.recurrence, {f"recurrence_{name}": name for name in (*names, "threshold")}),
+        )
+        found = {key: vars(one)[own] for one, keys in wanted if one is not None for key, own in keys.items()}
+        rows.append({"units": f.unit, **found})
     data: dict[str, Any] = {}
     for name in dict.fromkeys(key for row in rows for key in row):
         values = [row.get(name) for row in rows]
@@ -468,21 +468,8 @@ def _series(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
         longest = max(len(c.time) for c in curves)
         for name, which in (("divergence_time", "time"), ("divergence", "curve")):
             table = np.full((len(estimates), longest), np.nan)
-            for row, f in zip(table, estimates, strict=True):
+            for line, f in zip(table, estimates, strict=True):
                 curve = np.zeros(0) if f.exponent is None else vars(f.exponent)[which]
-                row[: len(curve)] = curve
+                line[: len(curve)] = curve
             data[name] = (("signal", "step"), table)
     return xr.Dataset(data, {"signal": ("signal", np.array([f.name for f in estimates], dtype=object))})
-
-
-def _row(f: SignalEstimates) -> dict[str, float | str]:
-    names = ("rate", "determinism", "laminarity", "mean_diagonal", "longest_diagonal", "entropy", "trapping_time")
-    wanted: tuple[tuple[Any, dict[str, str]], ...] = (
-        (f.zero_one, {"zero_one": "value", "zero_one_spread": "spread", "zero_one_kind": "kind"}),
-        (f.exponent, {"rosenstein": "value", "rosenstein_error": "error", "rosenstein_status": "status"}),
-        (f.spectrum, {"line_share": "line_share", "spectrum_kind": "kind"}),
-        (f.dimension, {"dimension": "value", "dimension_error": "error", "dimension_status": "status"}),
-        (f.recurrence, {f"recurrence_{name}": name for name in (*names, "threshold")}),
-    )
-    found = {key: vars(one)[own] for one, keys in wanted if one is not None for key, own in keys.items()}
-    return {"units": f.unit, **found}

@@ -89,7 +89,13 @@ def _within(height: Height, step: Bracket, old_rate: float | None) -> Bracket | 
     # the level.
     old, new, side = step.value, height.value(), height.side
     if height.left(new):
-        near, value = _point_before(height, step.before, step.far) if height.left(old) else (0.0, old)
+        near, value = 0.0, 0.0 if height.left(old) else old
+        for k in range(HALVINGS if height.left(old) else 0):  # it begins with an impact: a time before the crossing
+            time = 0.5 ** (k + 1) * step.far
+            ahead = height.at(step.before, time)
+            if not height.left(ahead):
+                near, value = time, ahead
+                break
         return step._replace(near=near, value=value)
     dip = 0.0
     if height.rate is not None and old_rate is not None and not height.left(old):
@@ -155,18 +161,6 @@ def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> fl
     if not 0.0 < s < size:
         return 0.0
     return float(s) if f0 + s * (r0 + s * (c + s * d)) < CLOSE * min(f0, f1) else 0.0
-
-
-def _point_before(height: Height, before: Any, size: float) -> tuple[float, float]:
-    """A time before the crossing [s], and the height there, for a step whose ends lie both on the other side."""
-    # Such a step begins with an impact. Without such a time the begin of the step is returned.
-    time = size
-    for _ in range(HALVINGS):
-        time *= 0.5
-        value = height.at(before, time)
-        if not height.left(value):
-            return time, value
-    return 0.0, 0.0
 
 
 class SectionOfFlow(OfFlow):

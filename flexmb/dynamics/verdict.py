@@ -200,8 +200,7 @@ def find_approach(scaled: np.ndarray, spread: float, longest: int = LONGEST) -> 
     for k in range(1, min(longest, longest_cycle(count)) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
         thirds = [np.array([third.max(), np.median(third)]) for third in np.array_split(steps, 3)]
-        shrink = all((b <= a / 1.5).all() for a, b in pairwise(thirds))
-        if shrink and thirds[2][0] < 0.2 * spread:
+        if all((b <= a / 1.5).all() for a, b in pairwise(thirds)) and thirds[2][0] < 0.2 * spread:
             rate = float((thirds[2][1] / thirds[0][1]) ** (1.5 / len(steps))) if thirds[0][1] > 0.0 else 0.0
             return k, rate, float(steps[-1])
     return None
@@ -427,9 +426,12 @@ def judge(
     """
     values, labels = points_of(points, names)
     checked = _about_signals(labels, units, driven, sizes)
-    known = _exponent(exponent, error)
+    evidence: dict[str, float] = {"points": float(len(values))}
+    value, band = (None if isinstance(x, Real) and np.isnan(float(x)) else x for x in (exponent, error))
+    if value is not None:
+        evidence["exponent"] = checks.number("judge", "exponent", value)
+        evidence["error"] = 0.0 if band is None else checks.not_negative("judge", "error", band)
     floor = checks.positive("judge", "floor", floor)
-    evidence: dict[str, float] = {"points": float(len(values)), **known}
     bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
     if len(bad):
         return Verdict("inconclusive", f"Point {bad[0]} is not finite: the run failed there.", 0, evidence)
@@ -461,15 +463,6 @@ def _about_signals(
         return known, without_motion, None
     numbers = [checks.not_negative("judge", f"sizes[{k}]", size) for k, size in enumerate(given)]
     return known, without_motion, np.array(numbers)
-
-
-def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
-    """The exponent and its error as evidence; empty if the exponent is None or NaN."""
-    value, band = (None if isinstance(x, Real) and np.isnan(float(x)) else x for x in (exponent, error))
-    if value is None:
-        return {}
-    value = checks.number("judge", "exponent", value)
-    return {"exponent": value, "error": 0.0 if band is None else checks.not_negative("judge", "error", band)}
 
 
 def _tolerances(columns: Columns, floors: float = 1.0, noise: float = 1.0) -> np.ndarray:
@@ -553,8 +546,7 @@ def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
     clear = columns.spread > SEPARATE * columns.floor
     if not clear.any():
         text = f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise"
-        advice = "or a motion too small to see. Integrate more finely."
-        return Verdict("inconclusive", f"{text}, {advice}", 0, evidence)
+        return Verdict("inconclusive", f"{text}, or a motion too small to see. Integrate more finely.", 0, evidence)
     z = columns.values[:, clear]
     z = (z - z.mean(axis=0)) / z.std(axis=0)
     bands = band_count(z)

@@ -42,10 +42,7 @@ CODES: dict[str, tuple[str, str]] = {
     "far-joint": (WARNING, "a joint lies far beyond the end of its link"),
     "large-clearance": (WARNING, "a clearance is not small against the parts beside it"),
     "soft-contact": (WARNING, "loads press surfaces into each other by much of the radius"),
-    "thick-arc": (
-        WARNING,
-        "the outline of a thick arc's section is unknown: its stress is that of a straight beam",
-    ),
+    "thick-arc": (WARNING, "the outline of a thick arc's section is unknown: its stress is that of a straight beam"),
     "stubby-beam": (WARNING, "a beam is too short for its height: Euler-Bernoulli theory does not hold"),
     "coarse-cells": (WARNING, "linear cells are too few across a plane body, which is then too stiff in bending"),
     "overload": (WARNING, "the declared loads alone stress a flexible body beyond yield"),

@@ -1,7 +1,6 @@
 """Findings on laws, kernels and prescribed motions: signs, derivatives, contracts, jumps."""
 
 from collections.abc import Callable, Container, Iterator
-from typing import Any
 
 import numpy as np
 
@@ -52,22 +51,17 @@ def wrong_rates(name: str, motion: Motion) -> list[Finding]:
     times = span * (np.arange(PLACES) + 0.381966) / PLACES
     values = np.array([at(t) for t in times])
     if not np.isfinite(values).all():
-        t = float(times[np.flatnonzero(~np.isfinite(values).all(axis=1))[0]])
-        text = f"The motion of {name!r} {reason_of(motion.kernel, p, t)} at t = {t:.6g} s."
+        t, reason = float(times[np.flatnonzero(~np.isfinite(values).all(axis=1))[0]]), "is not finite"
+        try:
+            with np.errstate(all="ignore"):
+                np.array(motion.kernel(p, t), dtype=float)
+        except USER_ERRORS as error:
+            reason = f"fails with {type(error).__name__} ({error})"
+        text = f"The motion of {name!r} {reason} at t = {t:.6g} s."
         remedy = "Let its kernel return three finite numbers at every t; after its end a motion stands still."
         return [found("broken-kernel", (name,), text, remedy, time=t)]
     findings = [*_wrong_rate(name, at, times, values, span, 0), *_wrong_rate(name, at, times, values, span, 1)]
     return findings or _jump(name, at, np.linspace(0.0, span, PLACES + 1), breaks)
-
-
-def reason_of(kernel: Kernel, *arguments: Any) -> str:
-    """Words on a kernel whose numbers are not finite: the error that it raises, or that it is not finite."""
-    try:
-        with np.errstate(all="ignore"):
-            np.array(kernel(*arguments), dtype=float)
-    except USER_ERRORS as error:
-        return f"fails with {type(error).__name__} ({error})"
-    return "is not finite"
 
 
 def _wrong_rate(
@@ -76,8 +70,7 @@ def _wrong_rate(
     """Finding on derivative k + 1 of a motion that differs from differences of derivative k at most instants."""
     words = ("value", "rate", "second derivative")
     h = DIFFERENCE * span
-    steps = (h, 0.5 * h)
-    wide, narrow = (np.array([(at(t + s)[k] - at(t - s)[k]) / (2.0 * s) for t in times]) for s in steps)
+    wide, narrow = (np.array([(at(t + s)[k] - at(t - s)[k]) / (2.0 * s) for t in times]) for s in (h, 0.5 * h))
     round_off = 1e-15 * np.abs(values[:, k]).max() / h
     wrong = np.abs(narrow - values[:, k + 1])
     largest = max(np.abs(values[:, k + 1]).max(), np.abs(narrow).max())
@@ -122,8 +115,7 @@ def law_findings(mechanism: Mechanism) -> list[Finding]:
     findings: list[Finding] = []
     for part in mechanism.parts:
         for contribution in () if isinstance(part, Body) else contacts_of(part, mechanism):
-            gap = abs(contribution.p[0]) or SMALL_GAP
-            findings += normal_sign(part.name, contribution.normal, gap)
+            findings += normal_sign(part.name, contribution.normal, abs(contribution.p[0]) or SMALL_GAP)
         for law in dict.fromkeys(value for value in vars(part).values() if isinstance(value, FrictionLaw)):
             findings += friction_sign(part.name, law)
     return findings
@@ -208,8 +200,7 @@ def kernels_of(contribution: Contribution) -> list[Kernel]:
         return []
     kernels = [contribution.kernel]
     if isinstance(contribution, ElementContribution):
-        more = (contribution.energy, *contribution.short_ways)
-        kernels += [kernel for kernel in more if kernel is not None]
+        kernels += [kernel for kernel in (contribution.energy, *contribution.short_ways) if kernel is not None]
     motions = getattr(contribution, "motions", ())
     friction = getattr(contribution, "joint_friction", None)
     return [*kernels, *(row.motion.kernel for row in motions), *([friction.friction.kernel] if friction else [])]

@@ -42,8 +42,7 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
     moves = np.nan_to_num(ideal.reference.v).any()  # NaN where no velocity is declared
     pose, loads = None if moves else equilibrium_beside(ideal, q), "Without loads"
     if pose is not None:
-        names = ideal.names
-        at = Equilibrium(*pose, names.coordinates, names.aliases, {}, 0)
+        at = Equilibrium(*pose, ideal.names.coordinates, ideal.names.aliases, {}, 0)
         try:
             bare, loads = modes(mechanism, count=MODES, at=at), "Under its loads, gravity included,"
         except FlexmbError:
@@ -140,10 +139,9 @@ def _buckling(ideal: Mechanism) -> list[Finding]:
     if not positive or min(positive) >= SAFE_LOAD or found_loads.notes:
         return []
     least = min(positive)
-    size = f"1/{least:.3g} of" if least >= 1.0 else f"{1.0 / least:.3g} times"
-    text = f"The loads are {size} the buckling load."
-    code = "near-buckling" if min(positive) >= 1.0 else "buckled"
-    return [found(code, (), text, "Reduce the loads, or stiffen the slender beams.", factor=min(positive))]
+    size, code = (f"1/{least:.3g} of", "near-buckling") if least >= 1.0 else (f"{1.0 / least:.3g} times", "buckled")
+    remedy = "Reduce the loads, or stiffen the slender beams."
+    return [found(code, (), f"The loads are {size} the buckling load.", remedy, factor=least)]
 
 
 def typical_load(mechanism: Mechanism) -> float:
@@ -172,8 +170,7 @@ def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.n
     try:
         v = rigid_velocities(closed, q, 0.0, yielding_joints(ideal, closed))
         a, _ = accelerations(ideal, q, v, 0.0)
-        seen = Examination(ideal, PART_OF_PERIOD * h)
-        vibrations = seen.groups([State(0.0, q, v, a, ideal.reference.z)])
+        vibrations = Examination(ideal, PART_OF_PERIOD * h).groups([State(0.0, q, v, a, ideal.reference.z)])
     except (FlexmbError, np.linalg.LinAlgError):
         return findings  # told by other findings
     if not vibrations:

@@ -56,8 +56,7 @@ def left_out_links(mechanism: Mechanism) -> list[Finding]:
     held = {name for part in others if len(part.references()) > 1 for name in part.references()}
     bars = [body for body in mechanism.bodies if body.bar_ends]
     near, findings = SAME_POINT * max((math.dist(*bar.bar_ends) for bar in bars), default=0.0), []
-    ends = [(body, point) for body in bars if body.name not in held for point in body.bar_ends]
-    for bar, end in ends:
+    for bar, end in [(body, point) for body in bars if body.name not in held for point in body.bar_ends]:
         here = [joint for joint in joints if math.dist(joint.at, end) <= near]
         if not here or any(bar.name in joint.references() for joint in here):
             continue
@@ -123,14 +122,12 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
         return []
     driven = np.asarray(closed.tables.constraints.motion) >= 0
     joints = np.flatnonzero(~driven)
-    poses = (shaken_pose(closed, q), q)
-    matrices = [body_rows(closed, x) for x in poses]
+    matrices = [body_rows(closed, x) for x in (shaken_pose(closed, q), q)]
     extra = min(len(surplus_rows(A)) - len(surplus_rows(A[joints])) for A in matrices)
     if extra <= 0:
         return []
-    A = matrices[0]
     drives = [drive.partition(".")[0] for drive in program.drives]
-    names = [name for name in dependent_parts(closed, A) if name in drives] or drives
+    names = [name for name in dependent_parts(closed, matrices[0]) if name in drives] or drives
     text = f"With ideal joints {quoted(names)} prescribe {counted(extra, 'motion')} too many; only clearances yield."
     return [found("hidden-over-drive", names, text, "Remove a drive, unless they shall work against each other.")]
 
@@ -305,8 +302,7 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
     dense = plain(G)
     lengths = np.sqrt((dense * dense).sum(axis=1))
     unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
-    vector = np.abs(np.linalg.svd(unit, full_matrices=False)[0][:, -1])
-    shares = by_part(closed, vector)
+    shares = by_part(closed, np.abs(np.linalg.svd(unit, full_matrices=False)[0][:, -1]))
     strong = {name: share for name, share in shares.items() if share > 0.05 * max(shares.values())}
     return tuple(sorted(strong, key=lambda name: -strong[name]))
 

@@ -46,16 +46,11 @@ def loss_of(method: Method, omega: float, h: float, steps: float, *, first_order
 
 
 def amplification(method: Method, angle: float, *, first_order: bool = False) -> complex | None:
-    """Factor by which a step multiplies a vibration exp(i omega t); exact is exp(i omega h).
-
-    Of Newmark's family the principal eigenvalue of the amplification matrix, of Runge-Kutta methods R(i omega h).
-
-    Notes
-    -----
-    Sources: J. Chung, G. M. Hulbert, A time integration algorithm for structural dynamics with improved numerical
-    dissipation: the generalized-alpha method, Journal of Applied Mechanics 60 (1993) 371-375; E. Hairer, G. Wanner,
-    Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.3.
-    """
+    """Factor by which a step multiplies a vibration exp(i omega t); exact is exp(i omega h)."""
+    # Of Newmark's family the principal eigenvalue of the amplification matrix, of Runge-Kutta methods R(i omega h).
+    # Sources: J. Chung, G. M. Hulbert, A time integration algorithm for structural dynamics with improved numerical
+    # dissipation: the generalized-alpha method, Journal of Applied Mechanics 60 (1993) 371-375; E. Hairer, G. Wanner,
+    # Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.3.
     z = 1j * angle
     if isinstance(method, RungeKutta4):
         return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))
@@ -180,10 +175,8 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
             text += f"{100.0 * min(mode.share, 1.0):.3g} % of the {mode.energy}; until the end the steps lose some "
             text += f"{abs(lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(lost.amplitude):.3g} % of its "
             remedy = "A smaller rtol or step, or RadauIIA(), loses less."
-            text, share = f"{text}amplitude.", mode.share
-            yield found(
-                "lost-vibration", (part,), text, remedy, phase=lost.phase, amplitude=lost.amplitude, share=share
-            )
+            numbers = {**lost._asdict(), "share": mode.share}
+            yield found("lost-vibration", (part,), f"{text}amplitude.", remedy, **numbers)
             return
     if looked.fixed_step is not None and groups and groups[0].states[0].t == looked.begun:
         yield from _unresolved_start(program, groups[0], looked.fixed_step)

@@ -40,7 +40,10 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
         for value in vars(part).values():
             kind: Any = type(value)
             if _is_tried(kind):
-                findings += _remembered(part.name, value)
+                try:
+                    findings += _of_law(part.name, value)
+                except TypeError:  # a law with arrays, which is not remembered
+                    findings += _of_law.__wrapped__(part.name, value)
     return findings
 
 
@@ -51,14 +54,6 @@ def _is_tried(kind: type) -> bool:
         return False
     ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
     return not ours or kind.findings is not Law.findings
-
-
-def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
-    """Findings on a law; of a law with arrays they are not remembered."""
-    try:
-        return _of_law(name, law)
-    except TypeError:
-        return _of_law.__wrapped__(name, law)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -98,7 +93,14 @@ def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: Contac
     for finding in cheap_findings(mechanism):
         if finding.code not in ONE_INSTANT or finding.numbers.get("time", 0.0) <= motion.times[-1]:
             yield finding
-    yield from _penetrations(mechanism, motion, contacts.names)
+    for name, part, size in _sizes(mechanism, contacts.names):  # journals, pins and sliders, pressed deep
+        depth, when = motion.peak(f"{name}.penetration")
+        if depth > part.deep_from * size:
+            through = depth > part.lost_beyond * size
+            text = f"At t = {when:.6g} s {part.label} is penetrated by {depth:.4g} m, its size is {size:.4g} m: "
+            text += f"{part.lost_when if through else 'far beyond the validity of any law'}."
+            remedy = "A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
+            yield found("deep-contact", (part.name,), text, remedy, wrong=through, time=when, depth=depth, size=size)
     yield from _coarse_contacts(motion, contacts)
     for part in mechanism.parts:
         yield from part.answers("findings_after", mechanism, motion)
@@ -115,18 +117,6 @@ def _sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str,
         size = part.contact_size(mechanism)
         if size is not None:
             yield from ((name, part, size) for name in contacts if name.partition(".")[0] == part.name)
-
-
-def _penetrations(mechanism: Mechanism, motion: WatchedMotion, contacts: Sequence[str]) -> Iterator[Finding]:
-    """Findings on journals, pins and sliders that are pressed deep into their bearings and guides."""
-    for name, part, size in _sizes(mechanism, contacts):
-        depth, when = motion.peak(f"{name}.penetration")
-        if depth > part.deep_from * size:
-            through = depth > part.lost_beyond * size
-            text = f"At t = {when:.6g} s {part.label} is penetrated by {depth:.4g} m, its size is {size:.4g} m: "
-            text += f"{part.lost_when if through else 'far beyond the validity of any law'}."
-            remedy = "A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
-            yield found("deep-contact", (part.name,), text, remedy, wrong=through, time=when, depth=depth, size=size)
 
 
 def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> list[Condition]:

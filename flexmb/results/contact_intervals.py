@@ -161,8 +161,7 @@ class Episodes:
     @property
     def restitution(self) -> np.ndarray:
         """(n,) separation speed over approach speed [1]; NaN for an episode that began without one."""
-        approach = np.where(self.approach_speed > 0.0, self.approach_speed, np.nan)
-        return self.separation_speed / approach
+        return self.separation_speed / np.where(self.approach_speed > 0.0, self.approach_speed, np.nan)
 
     @property
     def flight(self) -> np.ndarray:

@@ -225,8 +225,7 @@ def nearest_to_each(sol: Solution, times: np.ndarray) -> np.ndarray:
     right = np.clip(np.searchsorted(sol.time, times), 1, max(len(sol.time) - 1, 1))
     right = np.minimum(right, len(sol.time) - 1)
     left = np.maximum(right - 1, 0)
-    nearer_left = np.abs(times - sol.time[left]) <= np.abs(sol.time[right] - times)
-    return np.where(nearer_left, left, right)
+    return np.where(np.abs(times - sol.time[left]) <= np.abs(sol.time[right] - times), left, right)
 
 
 def pose(sol: Solution, part: str, node: str, instants: np.ndarray) -> np.ndarray:
@@ -274,8 +273,7 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
         elif isinstance(shape, BeamShape):
             found.append(_beam(sol, shape, instants, xi))
         elif isinstance(shape, MeshShape):
-            rims = surface(sol, shape, instants).outlines()
-            found += [Line(shape.part, MESH, rim) for rim in rims]
+            found += [Line(shape.part, MESH, rim) for rim in surface(sol, shape, instants).outlines()]
     return found
 
 
@@ -312,11 +310,8 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
 def traces(sol: Solution) -> dict[str, np.ndarray]:
     """Paths (n, 2) of the markers with a trace over all saved instants, by the name of the marker [m]."""
     whole = np.arange(len(sol.time))
-    found = {}
-    for shape in sol.shapes:
-        if isinstance(shape, PointShape) and shape.kind == TRACE:
-            found[shape.part] = path(sol, (shape.body, shape.node, shape.offset), whole)
-    return found
+    marked = (s for s in sol.shapes if isinstance(s, PointShape) and s.kind == TRACE)
+    return {s.part: path(sol, (s.body, s.node, s.offset), whole) for s in marked}
 
 
 def parts(sol: Solution) -> tuple[str, ...]:
@@ -341,10 +336,9 @@ def beam_motion(sol: Solution, beam: BeamShape, instants: np.ndarray) -> list[np
 def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
     begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
     forces = hermite.section_forces(begin, end, beam, xi, beam_motion(sol, beam, instants))
-    shape = (len(instants), len(xi))
-    bending = hermite.curvature(begin, end, beam, xi), np.broadcast_to(hermite.bending_stiffness(beam, xi), shape)
     fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
-    fields |= dict(zip(("curvature", "bending_stiffness"), bending, strict=True))
+    fields["curvature"] = hermite.curvature(begin, end, beam, xi)
+    fields["bending_stiffness"] = np.broadcast_to(hermite.bending_stiffness(beam, xi), (len(instants), len(xi)))
     depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
     return Line(beam.part, BEAM, hermite.element_shape(begin, end, beam, xi), fields, depth)
 
@@ -366,18 +360,25 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
         if isinstance(shape, LineShape):
             first, second = (path(sol, place, instants) for place in (shape.first, shape.second))
             found.append(Line(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
-        elif isinstance(shape, ArrowShape):
-            found.append(Line(shape.part, "force", _arrow(sol, shape, instants, size)))
+        elif isinstance(shape, ArrowShape):  # it ends in its point
+            tip, angle = path(sol, shape.at, instants), np.zeros(len(instants))
+            if shape.turns:
+                angle = pose(sol, *shape.at[:2], instants)[:, 2]
+            angle = angle + np.arctan2(shape.direction[1], shape.direction[0])
+            base = tip - ARROW * size * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+            found.append(Line(shape.part, "force", arrow_line(base, tip, HEAD * size)))
         elif isinstance(shape, CircleShape):
             line = carried(pose(sol, *shape.at[:2], instants)[:, None], circle_line(shape))
             found.append(Line(shape.part, "pitch circle", line, body=shape.at[0]))
         elif isinstance(shape, BeltShape):
             found.append(Line(shape.part, "belt", _belt(sol, shape, instants)))
-        elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):
-            over = OVERHANG * size
-            every = np.arange(len(sol.time))
+        elif isinstance(shape, PointShape) and shape.along and shape.other:
+            body, node, _ = shape.other
+            if body != GROUND and (f"{body}.{node}.theta" if node else f"{body}.theta") not in sol:
+                continue  # its pose was not saved
+            over, every = OVERHANG * size, np.arange(len(sol.time))
             begin = path(sol, shape.other, every)
-            angle = pose(sol, shape.other[0], shape.other[1], every)[:, 2] + np.arctan2(shape.along[1], shape.along[0])
+            angle = pose(sol, body, node, every)[:, 2] + np.arctan2(shape.along[1], shape.along[0])
             unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
             travel = np.sum((path(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
             ends = np.array([travel.min() - over, travel.max() + over])
@@ -415,25 +416,10 @@ def arrow_line(base: np.ndarray, tip: np.ndarray, head: float) -> np.ndarray:
     return np.stack([base, tip, foot + side, tip, foot - side], axis=1)
 
 
-def _arrow(sol: Solution, arrow: ArrowShape, instants: np.ndarray, size: float) -> np.ndarray:
-    """Shaft and head (n, 5, 2) of an arrow that ends in its point."""
-    tip, angle = path(sol, arrow.at, instants), np.zeros(len(instants))
-    if arrow.turns:
-        angle = pose(sol, arrow.at[0], arrow.at[1], instants)[:, 2]
-    angle = angle + np.arctan2(arrow.direction[1], arrow.direction[0])
-    return arrow_line(tip - ARROW * size * np.stack([np.cos(angle), np.sin(angle)], axis=-1), tip, HEAD * size)
-
-
 def circle_line(circle: CircleShape, points: int = CIRCLE_POINTS) -> np.ndarray:
     """Circle (m, 2) in the frame of its node: from its centre, along a spoke, and around with a number of points."""
     angles, centre = np.linspace(0.0, 2.0 * np.pi, points)[:, None], np.array([circle.at[2]])
     return np.vstack([centre, centre + circle.radius * np.hstack([np.cos(angles), np.sin(angles)])])
-
-
-def _is_saved(sol: Solution, place: Place) -> bool:
-    """Whether the run saved the pose of the body of a point."""
-    body, node, _ = place
-    return body == GROUND or (f"{body}.{node}.theta" if node else f"{body}.theta") in sol
 
 
 def _belt(sol: Solution, belt: BeltShape, instants: np.ndarray) -> np.ndarray:

@@ -84,8 +84,7 @@ def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
     made = os.fsencode(typed).decode("utf-8", "replace")  # names of files need not be texts
     versions = [f"flexmb {installed_version()}", f"Python {platform.python_version()}"]
     packages = [*versions, *(f"{package} {metadata.version(package)}" for package in WRITERS)]
-    title = f"Motion of the mechanism {model.get('name', '')!r}"
-    head = {"Conventions": CONVENTIONS, "title": title}
+    head = {"Conventions": CONVENTIONS, "title": f"Motion of the mechanism {model.get('name', '')!r}"}
     head["source"] = f"flexmb {model.get('flexmb', installed_version())}"
     return {**head, "history": f"{now}: {made}", "versions": ", ".join(packages)}
 
@@ -124,8 +123,7 @@ class NetcdfContent:
         variable = self.variable(name)
         self.read += variable.size * variable.dtype.itemsize
         if self.read > LARGEST_GROWTH * self.size:
-            text = f"it declares {self.read} bytes of data"
-            raise ValueError(f"{text}, more than {LARGEST_GROWTH} times its own size")
+            raise ValueError(f"it declares {self.read} bytes of data, more than {LARGEST_GROWTH} times its own size")
         values: np.ndarray = variable[()]
         kind = variable.attrs.get("dtype")  # truth values, which netCDF does not have
         return values.astype(bool) if kind in (b"bool", "bool") else np.asarray(values)
@@ -165,12 +163,11 @@ def save(sol: Solution, path: str | Path) -> Path:
     if sol.restart:
         comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
         dims = {name: tuple(f"{name}_{i}" for i in range(a.ndim)) for name, a in sol.restart.items()}
-        arrays: dict[str, files.Variable] = {name: (dims[name], a, {}) for name, a in sol.restart.items()}
-        groups[RESTART] = arrays, {"comment": comment}
+        groups[RESTART] = {name: (dims[name], a, {}) for name, a in sol.restart.items()}, {"comment": comment}
     if sol.contacts.names:
         # All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`
         names, rows = sol.contacts
-        attrs: dict[str, dict[str, Any]] = {
+        attrs: dict[str, Any] = {
             name: {"units": udunits(units), "long_name": long_name(name)} for name, units in COLUMNS
         }
         attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
@@ -267,19 +264,14 @@ def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[s
     return values, Peaks(*(np.array([found[name][k] for name in names]) for k in (1, 2)))
 
 
-def _check_record(record: dict[str, Any]) -> None:
-    """Refuse a record whose status or statistics no run has."""
+def _solution(file: NetcdfContent) -> Solution:
+    record: dict[str, Any] = json.loads(file.text(RECORD))
     if not isinstance(record["ok"], bool) or not isinstance(record["status"], str):
         text = f"ok is {record['ok']!r} and status {record['status']!r}"
         raise ValueError(f"{text}; they must be a truth value and a text")
     wrong = {key: value for key, value in record["stats"].items() if isinstance(value, str) or not 0 <= value < np.inf}
     if wrong:
         raise ValueError(f"statistics of the run are {wrong!r}; they must be numbers from 0 on")
-
-
-def _solution(file: NetcdfContent) -> Solution:
-    record: dict[str, Any] = json.loads(file.text(RECORD))
-    _check_record(record)
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
     time = file.array(TIME)
     if not np.isfinite(time).all():

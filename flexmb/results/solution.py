@@ -48,13 +48,9 @@ class Stats:
     def rejections(self) -> str:
         """Number of rejected steps, with the reasons that occurred."""
         at_contacts, not_converged = self.rejected_at_contacts, self.not_converged
-        by_error = self.rejected - at_contacts - not_converged
-        reasons = (
-            (by_error, "for the error"),
-            (at_contacts, "at contacts or jumps"),
-            (not_converged, "without convergence"),
-        )
-        told = ", ".join(f"{count} {reason}" for count, reason in reasons if count)
+        counts = (self.rejected - at_contacts - not_converged, at_contacts, not_converged)
+        reasons = ("for the error", "at contacts or jumps", "without convergence")
+        told = ", ".join(f"{count} {reason}" for count, reason in zip(counts, reasons, strict=True) if count)
         return f"{self.rejected} rejected" + (f": {told}" if told else "")
 
     def __str__(self) -> str:
@@ -467,13 +463,10 @@ class Solution:
         lines = [cut(f"Solution of {self.name!r}: {self.status}", 3)]
         lines += [f"  {saved.text}; {signals.text}; {steps.value} in {clock.text} on the clock"]
         # The main signals, one of each kind before others
-        kinds: dict[str, int] = {}
-        order = []
-        for name in largest_signals(self):
-            ending = name.rpartition(".")[2]
-            kinds[ending] = kinds.get(ending, 0) + 1
-            order.append((kinds[ending], name))
-        main = [name for _, name in sorted(order, key=lambda entry: entry[0])][:IN_TEXT]
+        names = largest_signals(self)
+        endings = [name.rpartition(".")[2] for name in names]
+        order = sorted(range(len(names)), key=lambda k: endings[:k].count(endings[k]))
+        main = [names[k] for k in order[:IN_TEXT]]
         peaks = [f"{name} {self.peak(name).value:.4g} {self.units(name)}".rstrip() for name in main]
         last = ["largest " + ", ".join(peaks)] if peaks else []
         last += [counted(len(self.notes), "note") + " in sol.notes"] if self.notes else []
@@ -572,20 +565,15 @@ def require_rows(label: str, sol: Solution, *, drawn: bool = True) -> None:
 
 def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
     """`values` as a read-only float array of a shape (None: any length), itself if it is one: copies take long."""
-    array: Any = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
+    is_own = type(values) is np.ndarray and values.dtype == np.float64 and values.flags.owndata
+    is_fixed = is_own and values.flags.c_contiguous and not values.flags.writeable
+    array: Any = values if is_fixed else np.array(values, dtype=np.float64, order="C")
     fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
     array.flags.writeable = False
     return array
-
-
-def _is_fixed(values: object) -> bool:
-    """Whether `values` are floats of an array's own, in C order, that nobody can write to."""
-    if type(values) is not np.ndarray or values.dtype != np.float64:
-        return False
-    return values.flags.owndata and values.flags.c_contiguous and not values.flags.writeable
 
 
 def _read_only(values: object) -> np.ndarray:

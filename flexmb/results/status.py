@@ -101,12 +101,8 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
         return template.format(t=t) + held_rows_sentence(program, trial, record) + warned
     names = (*program.names.coordinates, *program.names.rows)
     cause, remedy = rejected_sentence(program, flow, trial, record)
-    if program.tables.sizes.has_joint_friction and code in (
-        ends.NEWTON_FAILED,
-        ends.STEP_TOO_SMALL,
-        ends.ENERGY_MISSING,
-    ):
-        template += SELF_LOCKING
+    may_lock = code in (ends.NEWTON_FAILED, ends.STEP_TOO_SMALL, ends.ENERGY_MISSING)
+    template += SELF_LOCKING if may_lock and program.tables.sizes.has_joint_friction else ""
     return template.format(
         t=t, h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s", cause=cause,
         remedy=remedy, lost=names[int(record.count.lost_pivot)], last=record.report.correction,
@@ -184,10 +180,9 @@ def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
         found += f" But the laws of contact made {made:.3g} J of {{through}} that went through contacts."
     if not found:
         return ""
-    verbs = ["took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts)]
-    return found.format(
-        **energy_texts(ledger, balance), verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes"
-    )
+    verb, in_verb = ("took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts))
+    remedy = "try smaller ones to see what changes"
+    return found.format(**energy_texts(ledger, balance), verb=verb, in_verb=in_verb, remedy=remedy)
 
 
 def _last_correction(program: Program, flow: Flow, trial: Trial) -> str:

@@ -83,8 +83,18 @@ def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechan
     else:
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
-        of = _of_plane if part.whole_body is part else _of_reduced
-        whole = of(sol, part, shape, instants)
+        plate: Any = part
+        if part.whole_body is part:  # in axes that turn with it
+            moved = surface(sol, shape, instants)
+            X, x = plate.mesh.points, moved.points
+            along, across = turned_by(X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True))
+            whole = turned(moved.stress, -np.arctan2(across, along))
+        elif plate.model.stresses is None:
+            raise InputError(f"{part.label} has no stresses.")
+        else:  # sums of the stresses of its shapes, in its axes
+            d, _ = reduced.deformed(shape, poses(sol, shape.part, shape.nodes, instants))
+            e = reduced.shortened(d, plate.element.directions)
+            whole = np.einsum("msi,ti->tms", plate.model.stresses(plate.basis.shapes), e, optimize=True)
         sx, sy, txy, _ = np.moveaxis(whole, -1, 0)
         larger, smaller, _ = plane.principal(whole[..., :3])
         signed = np.where(larger + smaller >= 0.0, larger, smaller)
@@ -137,25 +147,6 @@ def of_beams(
     return places, {**own, "signed": signed, "von_mises": np.abs(signed)}
 
 
-def _of_plane(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy, sz of a body with all nodes of its mesh, in axes that turn with it."""
-    moved = surface(sol, shape, instants)
-    X, x = body.mesh.points, moved.points
-    X, x = X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True)
-    along, across = turned_by(X, x)
-    return turned(moved.stress, -np.arctan2(across, along))
-
-
-def _of_reduced(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy, sz of a reduced body in its axes: sums of the stresses of its shapes."""
-    stresses = body.model.stresses
-    if stresses is None:
-        raise InputError(f"{body.label} has no stresses.")
-    d, _ = reduced.deformed(shape, poses(sol, shape.part, shape.nodes, instants))
-    e = reduced.shortened(d, body.element.directions)
-    return np.asarray(np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True))
-
-
 def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
     """Numbers of the places at given nodes (numbers or names), or nearest to given points (x, y) [m]."""
     found: list[int] = []
@@ -187,8 +178,7 @@ def at_places(
     time = xr.Variable("time", sol.time[instants], {"units": "s", "long_name": "time"})
     own = {name: ("place", values[chosen], {"units": unit}) for name, (values, unit) in coordinates.items()}
     found = {name: (("time", "place"), values[:, chosen], attrs) for name, (values, attrs) in columns.items()}
-    coords: dict[str, Any] = {"time": time, **own}
-    return xr.Dataset(found, coords=coords, attrs={"mechanism": sol.name, "part": part})
+    return xr.Dataset(found, coords={"time": time, **own}, attrs={"mechanism": sol.name, "part": part})
 
 
 PLANES = np.radians(np.arange(0.0, 180.0, 2.5))  # angles of the normals of planes whose stress is counted [rad]
@@ -304,6 +294,5 @@ def fatigue(sol: Solution, body: str, woehler: Any, point: Any, mechanism: Mecha
     found = [cycles_of(column) for column in histories.T]
     ranges, means, counts = max(found, key=lambda one: line.damage(0.5 * one[0], one[2]))
     seen = math.nan if peak is None or peak.value == 0.0 else float(own["von_mises"].max()) / peak.value
-    place = (float(own["x"][0]), float(own["y"][0]))
-    span = float(sol.time[-1] - sol.time[0])
+    place, span = (float(own["x"][0]), float(own["y"][0])), float(sol.time[-1] - sol.time[0])
     return Fatigue(body, int(own["node"][0]), place, ranges, means, counts, span, woehler, seen)

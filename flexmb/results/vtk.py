@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Mapping
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -112,11 +112,10 @@ def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tup
     data = {"displacement": points - points[0]}
     data["deformation"] = points - _places(_pieces(magnified(shown, 0.0), points_per_element))
     for name in names:
-        columns = [piece.data.get(name, none) for piece, none in zip(pieces, zeros, strict=True)]
-        data[name] = np.concatenate(columns, axis=1)
+        columns = (piece.data.get(name, none) for piece, none in zip(pieces, zeros, strict=True))
+        data[name] = np.concatenate([*columns], axis=1)
     frames = ({name: values[k] for name, values in data.items()} for k in range(len(points)))
-    meshes = [meshio.Mesh(now, cells, now_data, labels) for now, now_data in zip(points, frames, strict=True)]
-    return kinds, meshes
+    return kinds, [meshio.Mesh(now, cells, now_data, labels) for now, now_data in zip(points, frames, strict=True)]
 
 
 def _pieces(sol: Solution, points_per_element: int) -> list[Piece]:
@@ -156,39 +155,33 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
         for name, mesh in zip(names, meshes, strict=True):
             meshio.write(Path(scratch) / name, mesh)
         words = ("parts", drawing.parts(sol)), ("kinds", kinds)
-        numbered = {word: {str(k): one for k, one in enumerate(own)} for word, own in words}
-        legend = {**numbered, "units": UNITS}
+        legend: dict[str, Any] = {word: {str(k): one for k, one in enumerate(own)} for word, own in words}
+        legend["units"] = UNITS
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
-        # Paths of all markers with a trace over the saved instants; None without such markers
-        paths = list(drawing.traces(sol).values())
-        if not paths:
-            traced = None
-        else:
-            n = len(sol.time)
+        paths, n = list(drawing.traces(sol).values()), len(sol.time)  # of markers over the saved instants
+        traced = [TRACES] if paths else []
+        if paths:
             points = np.concatenate([np.column_stack([path, np.zeros(n)]) for path in paths])
             steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
-            data = {"time": np.tile(sol.time, len(paths))}
-            traced = meshio.Mesh(points, [("line", steps)], point_data=data)
-        if traced is not None:
-            meshio.write(Path(scratch) / TRACES, traced)
-        collection = Path(scratch) / target.name
-        text = _collection(folder.name, names, times, TRACES if traced is not None else None)
+            whole = meshio.Mesh(points, [("line", steps)], point_data={"time": np.tile(sol.time, len(paths))})
+            meshio.write(Path(scratch) / TRACES, whole)
+        collection, text = Path(scratch) / target.name, _collection(folder.name, names, times, traced)
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
         pattern = re.compile(re.escape(target.stem) + r"_\d{4,}\.vtu")
         for stale in [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]:
             stale.unlink()
-        for name in [*names, "names.json", *([TRACES] if traced is not None else [])]:
+        for name in [*names, "names.json", *traced]:
             (Path(scratch) / name).replace(folder / name)
         collection.replace(target)
     return target
 
 
-def _collection(folder: str, names: list[str], times: np.ndarray, traced: str | None) -> str:
-    """Text of the collection: the frame of each time, and the file of the paths (None: no paths)."""
+def _collection(folder: str, names: list[str], times: np.ndarray, traced: list[str]) -> str:
+    """Text of the collection: the frame of each time, and the file of the paths, if there are some."""
     rows = [
         f'    <DataSet timestep="{float(t)!r}" group="" part="{part}" file={quoteattr(f"{folder}/{name}")}/>'
         for t, frame in zip(times, names, strict=True)
-        for part, name in enumerate([frame, *([traced] if traced else [])])
+        for part, name in enumerate([frame, *traced])
     ]
     head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
     return "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])

@@ -72,8 +72,7 @@ def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
     """Write datasets as the groups of one file, whole or not at all."""
     image = io.BytesIO()  # in memory: the HDF5 library does not survive a disk that is full
     for k, (name, dataset) in enumerate(groups.items()):
-        mode: Any = "a" if k else "w"
-        dataset.to_netcdf(image, engine="h5netcdf", group=name or None, mode=mode)
+        dataset.to_netcdf(image, engine="h5netcdf", group=name or None, mode="a" if k else "w")
     return write_sealed(path, image.getvalue())
 
 
@@ -116,19 +115,13 @@ def read_sealed(path: Path) -> bytes:
     end = len(content) - DIGEST - len(SEAL)
     if content[max(end, 0) :].startswith(SEAL):
         whole = blake2b(memoryview(content)[:end], digest_size=DIGEST).digest() == content[-DIGEST:]
-    else:
-        whole = len(content) <= _end_of_hdf5(content)
+    else:  # the first block of an HDF5 file tells the end of its data, at a place by the version of the block
+        begin = {b"\0": 40, b"\1": 44, b"\2": 28, b"\3": 28}.get(content[8:9], 0)
+        is_hdf5 = begin > 0 and content.startswith(b"\x89HDF\r\n\x1a\n")
+        whole = not is_hdf5 or len(content) <= int.from_bytes(content[begin : begin + 8], "little")
     if not whole:
         raise FileFormatError(f"{str(path)!r}: damaged; its content does not agree with its checksum. Run it again.")
     return content
-
-
-def _end_of_hdf5(content: bytes) -> int:
-    """End of the data of an HDF5 file as its first block tells it; the length of another file."""
-    begin = {b"\0": 40, b"\1": 44, b"\2": 28, b"\3": 28}.get(content[8:9])  # by the version of the block
-    if begin is None or not content.startswith(b"\x89HDF\r\n\x1a\n"):
-        return len(content)
-    return int.from_bytes(content[begin : begin + 8], "little")
 
 
 def refuse_other_files(file: Any, datasets: bool = True) -> None:

@@ -24,8 +24,7 @@ class ProgressBar:
         if shown and sys.stderr is not None and sys.stderr.isatty():
             from tqdm import tqdm  # takes longer to import than a short run to compute
 
-            bar_format = form.replace("%s", of)
-            self.bar = tqdm(total=total, initial=done, desc=name, bar_format=bar_format, mininterval=0.1)
+            self.bar = tqdm(total=total, initial=done, desc=name, bar_format=form.replace("%s", of), mininterval=0.1)
 
     def __enter__(self) -> Self:
         return self

@@ -306,8 +306,7 @@ class ImpactContinuation(Continuation):
         begin = self._enter(motion, value, touch, with_impact=name == TOUCH)
         smooth = begin if name == IMPACT else grazing
         if isinstance(smooth, ContinuationPoint):
-            event = replace(smooth.point, kind=GRAZING, value=float(value))
-            self.pending = [*self.pending, event]
+            self.pending = [*self.pending, replace(smooth.point, kind=GRAZING, value=float(value))]
         if not isinstance(begin, ContinuationPoint):
             return None, self.bounds[0], f"Ended at grazing, {value:.6g}: {begin}"
         first = self._orbit_at(begin, CLOSE_TO_GRAZING * self.bounds[0])

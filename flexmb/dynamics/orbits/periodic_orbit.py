@@ -60,8 +60,7 @@ def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
     """Loss of stability by the multiplier (of d) nearest to the unit circle, or by grazing if that is nearer."""
     # `graze` is the least gap over its travel; None: no gap.
     if len(multipliers) == 0:
-        kind = "none" if graze is None else GRAZING
-        return StabilityLoss(kind, np.nan if graze is None else graze, complex(np.nan))
+        return StabilityLoss("none" if graze is None else GRAZING, np.nan if graze is None else graze, complex(np.nan))
     k = int(np.abs(np.log(np.maximum(np.abs(multipliers), 1e-300))).argmin())
     critical = complex(multipliers[k])
     margin = 1.0 - abs(critical)

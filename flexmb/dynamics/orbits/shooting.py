@@ -214,12 +214,10 @@ class Shooting:
     def by_parameter(self, run: ShootingRun, small: float) -> np.ndarray:
         """Derivatives (M, d) of the gaps by the parameter, by central differences; NaN after a failure."""
         M, space, shifted_ends = self.segments, self.space, []
-        period = run.period
         for value in (run.value + small, run.value - small):
             segment_ends: list[tuple[Any, Any]] = [(None, None)] * M
             for j in range(M) if self.set_value(value) else ():
-                duration = period if self.autonomous else self.period
-                end = self._go(run.starts[j], j, duration)
+                end = self._go(run.starts[j], j, run.period if self.autonomous else self.period)
                 segment_ends[j] = (self.began, end)
             shifted_ends.append(segment_ends)
         self.set_value(run.value)

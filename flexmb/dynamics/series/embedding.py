@@ -158,8 +158,7 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
     if longest > len(x) - LEAST // 2:
         raise InputError(f"mutual_information: longest is {longest}; {len(x)} samples allow {len(x) - LEAST // 2}.")
     bins = int(np.clip(np.sqrt(len(x) / 5.0), 4, 32))
-    edges = np.quantile(x, np.linspace(0.0, 1.0, bins + 1)[1:-1])
-    cell = np.searchsorted(edges, x, side="right")
+    cell = np.searchsorted(np.quantile(x, np.linspace(0.0, 1.0, bins + 1)[1:-1]), x, side="right")
     found = np.zeros(longest + 1)
     for lag in range(longest + 1):  # sum of p_ab ln(p_ab / (p_a p_b)) over the cells
         a, b = cell[: len(x) - lag], cell[lag:]
@@ -201,23 +200,19 @@ def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int 
     x = standardised(x)
     if theiler is None:
         theiler = int(min(np.ceil(mean_period(x)), len(x) // 10))
-    w = checks.count(owner, "theiler", theiler, 0)
-    return np.array([_false_share(x, tau, m, w) for m in range(1, largest + 1)])
-
-
-def _false_share(x: np.ndarray, tau: int, m: int, theiler: int) -> float:
-    """Fraction of false neighbours among at most 4000 vectors of dimension m."""
-    count = len(x) - m * tau
-    if count < LEAST // 2:
-        return np.nan
-    refs = spread(count, 4000)
-    neighbour, distance = nearest(embed(x, tau, m)[:count], refs, theiler)
-    has_neighbour = neighbour >= 0
-    if has_neighbour.sum() < LEAST // 4:
-        return np.nan
-    next_gap = np.abs(x[refs[has_neighbour] + m * tau] - x[neighbour[has_neighbour] + m * tau])
-    d = np.maximum(distance[has_neighbour], 1e-6)
-    return float(np.mean((next_gap > 15.0 * d) | (np.hypot(next_gap, distance[has_neighbour]) > 2.0)))
+    w, shares = checks.count(owner, "theiler", theiler, 0), np.full(largest, np.nan)
+    for k in range(largest):
+        ahead = (k + 1) * tau  # from a vector of dimension k + 1 to its next entry
+        count = len(x) - ahead
+        if count < LEAST // 2:
+            break
+        refs = spread(count, 4000)
+        neighbour, distance = nearest(embed(x, tau, k + 1)[:count], refs, w)
+        known = neighbour >= 0
+        if known.sum() >= LEAST // 4:
+            gap, d = np.abs(x[refs[known] + ahead] - x[neighbour[known] + ahead]), distance[known]
+            shares[k] = np.mean((gap > 15.0 * np.maximum(d, 1e-6)) | (np.hypot(gap, d) > 2.0))
+    return shares
 
 
 def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = None, largest: int = 8) -> Embedding:
@@ -481,7 +476,13 @@ def recurrence(
     states = embed(standardised(x), embedded.delay, embedded.dimension)
     if len(states) < w + LEAST // 2:
         raise InputError(f"{owner}: {len(states)} vectors with a Theiler window of {w} are too few.")
-    return _counted(embedded, states, _quantile(states, w, 0.05) if threshold is None else threshold, w, shortest)
+    if threshold is None:  # from pairs that are drawn at random
+        rng = np.random.default_rng(3)
+        i, j = rng.integers(0, len(states), 50000), rng.integers(0, len(states), 50000)
+        separated = np.abs(i - j) > w
+        d = np.abs(states[i[separated]] - states[j[separated]]).max(axis=1)
+        threshold = max(float(np.quantile(d, 0.05)), 1e-6)
+    return _counted(embedded, states, threshold, w, shortest)
 
 
 def _counted(embedded: Embedding | None, states: np.ndarray, threshold: float, w: int, shortest: int) -> Recurrence:
@@ -511,15 +512,6 @@ def _counted(embedded: Embedding | None, states: np.ndarray, threshold: float, w
 def _ratio(value: Any, whole: Any) -> float:
     """Quotient of two counts; NaN for 0/0."""
     return float(value / whole) if whole else float("nan")
-
-
-def _quantile(states: np.ndarray, theiler: int, fraction: float) -> float:
-    """Distance below which a fraction of the pairs of states (n, m) lies, at least 1e-6."""
-    rng = np.random.default_rng(3)
-    i, j = rng.integers(0, len(states), 50000), rng.integers(0, len(states), 50000)
-    separated = np.abs(i - j) > theiler
-    d = np.abs(states[i[separated]] - states[j[separated]]).max(axis=1)
-    return max(float(np.quantile(d, fraction)), 1e-6)
 
 
 def _diagonals(states: np.ndarray, threshold: float, theiler: int) -> np.ndarray:

@@ -131,8 +131,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     longest = len(points) // 4
     reach = int(min(longest, window + 8 * max(period, 4.0)))
     while True:
-        stride = max(1, reach // 150)
-        steps = np.arange(0, reach + 1, stride)
+        steps = np.arange(0, reach + 1, max(1, reach // 150))
         blocks = curves(points, theiler, steps, shift)
         if blocks.shape[0] < BLOCKS:
             return Slope(np.nan, np.nan, "Too few points have a neighbour that is not the same point again.")
@@ -141,13 +140,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
         if len(above) or reach >= longest:
             break
         reach = min(longest, 2 * reach)
-    end = begin + int(above[0]) if len(above) else len(steps)
-    return _fit(steps, blocks, begin, end)
-
-
-def _fit(steps: np.ndarray, blocks: np.ndarray, begin: int, latest: int) -> Slope:
-    """Slope and error of the mean of curves (blocks, k) over their straightest part from `begin` on."""
-    mean = blocks.mean(axis=0)
+    latest = begin + int(above[0]) if len(above) else len(steps)
     if latest - begin < 4:
         text = "No straight part: neighbours are as far apart as arbitrary points at once (noise, or too few samples)."
         return Slope(np.nan, np.nan, text, steps=steps, curve=mean)

@@ -79,10 +79,8 @@ def standardised(x: np.ndarray) -> np.ndarray:
 def mean_period(x: np.ndarray) -> float:
     """Number of samples of (n,) in a mean period, at least 2: inverse of the mean frequency, weighted by the power."""
     # Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
-    window = np.hanning(len(x))
-    power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
-    frequency = np.fft.rfftfreq(len(x))
-    mean = float(frequency @ power / power.sum()) if power.sum() > 0.0 else 0.0
+    power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
+    mean = float(np.fft.rfftfreq(len(x)) @ power / power.sum()) if power.sum() > 0.0 else 0.0
     return max(2.0, 1.0 / mean) if mean > 0.0 else float(len(x))
 
 

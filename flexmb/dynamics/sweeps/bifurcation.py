@@ -257,7 +257,14 @@ def bifurcation(
     """
     label = f"bifurcation over {parameter!r}"
     family = Family(make, parameter, checks.mapping(label, "fixed", fixed), step, method, period)
-    numbers = _values(label, values)
+    listed = checks.sequence(label, "values", values, "numbers")
+    for k, value in enumerate(listed):
+        checks.number(label, f"values[{k}]", value)
+    numbers = np.array(listed)  # integers remain integers
+    if len(numbers) == 0:
+        raise InputError(f"{label}: values is empty; give at least one.")
+    if len(np.unique(numbers)) < len(numbers):
+        raise InputError(f"{label}: a value is given twice; give each value once.")
     _check(family, direction, chunks, len(numbers))
     require_executor(label, executor)
     work = Work(label, (family, label_of(make)), executor, pending, store, resume, progress)
@@ -305,8 +312,7 @@ class _Diagram:
     def lay_out(self, record: Record) -> None:
         """Set columns, coordinates and attributes of a diagram."""
         section, first, make, parameter = self.section, self.first, self.family.make, self.family.parameter
-        shape = (section.keep, len(section.signals))
-        record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=shape)])
+        record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=(section.keep, len(section.signals)))])
         if self.direction != "cold":
             record.add([Column(STATE, dims=("number",), shape=(first.size,))])
         units = [first.units[first.names.index(name)] for name in section.signals]
@@ -355,19 +361,6 @@ def _spread(count: int) -> list[int]:
     digits = max(count - 1, 1).bit_length()
     mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
     return [k for k in mirrored if k < count]
-
-
-def _values(label: str, values: Any) -> np.ndarray:
-    """Values of the parameter (n,); integers remain integers."""
-    given = checks.sequence(label, "values", values, "numbers")
-    for k, value in enumerate(given):
-        checks.number(label, f"values[{k}]", value)
-    numbers = np.array(given)
-    if len(numbers) == 0:
-        raise InputError(f"{label}: values is empty; give at least one.")
-    if len(np.unique(numbers)) < len(numbers):
-        raise InputError(f"{label}: a value is given twice; give each value once.")
-    return numbers
 
 
 def _exponent_over(label: str, exponent: Any, skip: int, keep: int) -> tuple[int, bool]:

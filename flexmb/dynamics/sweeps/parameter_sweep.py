@@ -83,7 +83,14 @@ def points_of(label: str, over: Any) -> Points:
         points = Points(tuple(values), tuple(len(column) for column in values.values()), values)
     else:
         designs = checks.sequence(label, "designs", over, "dictionaries, or a dictionary of lists for a grid")
-        values = _columns(label, designs)
+        for k, design in enumerate(designs):
+            if not isinstance(design, Mapping):
+                text = f"{label}: design {k} is {design!r}; it must be a dictionary such as {{'speed': 2.0}}."
+                raise InputError(text)
+            if set(design) != set(designs[0]):
+                names, others = ", ".join(map(str, design)), ", ".join(map(str, designs[0]))
+                raise InputError(f"{label}: design {k} has {names}, the first one {others}. Give all of them the same.")
+        values = {name: [design[name] for design in designs] for name in (designs[0] if designs else ())}
         points = Points((DESIGN,), (len(designs),), values)
     if points.count == 0 or not values:
         raise InputError(f"{label}: there is no point in it. Give values for at least one parameter.")
@@ -94,16 +101,6 @@ def points_of(label: str, over: Any) -> Points:
         if name == DESIGN and points.dims == (DESIGN,) and not isinstance(over, Mapping):
             raise InputError(f"{label}: a parameter cannot be called 'design' in a list of designs. Rename it.")
     return points
-
-
-def _columns(label: str, designs: Sequence[Any]) -> dict[str, Sequence[Any]]:
-    for k, design in enumerate(designs):
-        if not isinstance(design, Mapping):
-            raise InputError(f"{label}: design {k} is {design!r}; it must be a dictionary such as {{'speed': 2.0}}.")
-        if set(design) != set(designs[0]):
-            names, others = ", ".join(map(str, design)), ", ".join(map(str, designs[0]))
-            raise InputError(f"{label}: design {k} has {names}, the first one {others}. Give all of them the same.")
-    return {name: [design[name] for design in designs] for name in (designs[0] if designs else ())}
 
 
 # Results of a function in a sweep, as columns: numbers, arrays, texts, or a mapping of them
@@ -401,8 +398,8 @@ class _Collector:
                 known_lengths.update(zip(self.points.dims, self.points.shape, strict=True))
                 self._use(columns_of(outcome.values, self.dims, known_lengths))
                 return True
-        outcome_kept = self.held.pop(self.next)
-        self._keep(self.next, outcome_kept if attempt.error is None else executors.failure(attempt.error))
+        kept = self.held.pop(self.next)
+        self._keep(self.next, kept if attempt.error is None else executors.failure(attempt.error))
         return False
 
     def _use(self, columns: list[Column]) -> None:

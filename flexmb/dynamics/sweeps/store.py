@@ -201,8 +201,16 @@ class Store:
 
     def write(self, column: Column, index: Index, value: Any) -> None:
         """Write the value of a column at one point."""
-        place = self._place(column.name, index, len(column.shape))
-        self._put(place, _chunk(column, value, self._header(place)))
+        # Numbers in order; or number of texts, and length and UTF-8 bytes of each text; as of gzip.
+        place, kind = self._place(column.name, index, len(column.shape)), KINDS[column.kind]
+        if kind.stored is not str:
+            data = np.ascontiguousarray(value, dtype=np.dtype(kind.stored).newbyteorder("<")).tobytes()
+        else:
+            texts = [str(text).encode() for text in np.ravel(np.array(value, dtype=object))]
+            data = struct.pack("<I", len(texts)) + b"".join(struct.pack("<I", len(text)) + text for text in texts)
+        ending = struct.pack("<II", zlib.crc32(data), len(data) % 2**32)
+        data = self._header(place) + zlib.compress(data, 0, -15) + ending
+        self._put(place, data + _crc32c(data))
 
     def read(self) -> Tables:
         """All arrays of the store by name; results of a point without a status are not `ok`."""
@@ -310,9 +318,24 @@ def _found(folder: Path, fingerprint: Mapping[str, Any], kind: str, *, resume: b
         if not resume:
             text = f"Store {str(folder)!r}: it is there already"
             raise InputError(f"{text}. Go on with it (resume=True, --resume), give another path, or delete it.")
-        store = existing(folder)
-        _refuse_others(store, fingerprint, kind)
-        return store
+        found = existing(folder)
+        label, there, here = f"Store {str(folder)!r}", found.attributes, json.loads(json.dumps(fingerprint))
+        if there.get("kind") != kind:
+            raise InputError(f"{label}: it holds a {there.get('kind')}, not a {kind}. Give another path.")
+        inner = [value.items() if isinstance(value, dict) else ((name, value),) for name, value in here.items()]
+        told = ((name, str(text)) for pairs in inner for name, text in pairs)  # each fixed argument by itself
+        untold = [f"{name} ({text.partition(UNKNOWN)[2]})" for name, text in told if UNKNOWN in text]
+        if untold:
+            text = f"{label}: it cannot be told whether it was written by the same sweep, because of"
+            text += f" {', '.join(untold)}. Give another path"
+            raise InputError(f"{text}, or make such objects within the function.")
+        there = there.get("fingerprint", {})
+        names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
+        if names:
+            listed = "; ".join(f"{name}: {there.get(name)} there, {here.get(name)} now" for name in names)
+            text = f"{label}: it was written by another sweep ({listed})."
+            raise InputError(f"{text} Give another path, or what it was made of.")
+        return found
     if folder.exists() and any(not file.name.endswith(PARTIAL) for file in folder.iterdir()):
         raise FileFormatError(f"Store {str(folder)!r}: the folder holds other files. Give an empty or a new one.")
     return None
@@ -345,42 +368,6 @@ def existing(path: Any) -> Store:
         raise FileFormatError(f"{text}. Use the version of flexmb that wrote it.")
     with _reading(folder):
         return Store(folder, _unsealed(file)["attributes"])
-
-
-def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> None:
-    """Refuse a store of another sweep; the message lists the differences."""
-    found, label = store.attributes, f"Store {str(store.path)!r}"
-    if found.get("kind") != kind:
-        raise InputError(f"{label}: it holds a {found.get('kind')}, not a {kind}. Give another path.")
-    there, here = found.get("fingerprint", {}), json.loads(json.dumps(fingerprint))
-    untold = [f"{name} ({text.partition(UNKNOWN)[2]})" for name, text in _texts(here) if UNKNOWN in text]
-    if untold:
-        text = f"{label}: it cannot be told whether it was written by the same sweep, because of {', '.join(untold)}"
-        raise InputError(f"{text}. Give another path, or make such objects within the function.")
-    names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
-    if names:
-        listed = "; ".join(f"{name}: {there.get(name)} there, {here.get(name)} now" for name in names)
-        text = f"{label}: it was written by another sweep ({listed})."
-        raise InputError(f"{text} Give another path, or what it was made of.")
-
-
-def _texts(fingerprint: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Names and texts of a fingerprint; each fixed argument by itself."""
-    for name, value in fingerprint.items():
-        inner = value.items() if isinstance(value, dict) else ((name, value),)
-        yield from ((one, str(text)) for one, text in inner)
-
-
-def _chunk(column: Column, value: Any, header: bytes) -> bytes:
-    """Bytes of one chunk: numbers in order; or number of texts, and length and UTF-8 bytes of each text; as of gzip."""
-    kind = KINDS[column.kind]
-    if kind.stored is not str:
-        data = np.ascontiguousarray(value, dtype=np.dtype(kind.stored).newbyteorder("<")).tobytes()
-    else:
-        texts = [str(text).encode() for text in np.ravel(np.array(value, dtype=object))]
-        data = struct.pack("<I", len(texts)) + b"".join(struct.pack("<I", len(text)) + text for text in texts)
-    data = header + zlib.compress(data, 0, -15) + struct.pack("<II", zlib.crc32(data), len(data) % 2**32)
-    return data + _crc32c(data)
 
 
 def _crc32c(data: bytes) -> bytes:

@@ -272,14 +272,6 @@ def advance_ode(rates, heights, m, limit, single):
     return REACHED
 
 
-def parameters_of(function: Any, given: Mapping[str, Any]) -> list[float] | None:
-    """Numbers that a function f(t, x, ...) takes behind t and x, in its order; None: they are not all numbers."""
-    taken = list(inspect.signature(function.py_func).parameters.values())[2:]
-    values = [given.get(one.name, one.default) for one in taken]
-    named = {one.name for one in taken if one.kind is one.POSITIONAL_OR_KEYWORD}
-    return [float(x) for x in values] if set(given) <= named and all(isinstance(x, Real) for x in values) else None
-
-
 def kernel_of(function: Any, begin: int, end: int, *, is_height: bool = False) -> Kernel:
     """Kernel of a function f(t, x, ...) with the parameters p[begin:end], which returns a height, rates or a state."""
     count = end - begin
@@ -319,9 +311,14 @@ class CompiledMotion:
 
     def take(self, parameters: Mapping[str, Any]) -> None:
         """Take the parameters of the functions."""
-        found = [parameters_of(function, parameters) for function in self.functions]
-        self._numbers = [numbers for numbers in found if numbers is not None]
-        self.usable = self._compiles and len(self._numbers) == len(found) and self._has_kernels()
+        self._numbers, self.usable = [], self._compiles
+        for function in self.functions:
+            taken = list(inspect.signature(function.py_func).parameters.values())[2:]  # behind t and x
+            values = [parameters.get(one.name, one.default) for one in taken]
+            named = {one.name for one in taken if one.kind is one.POSITIONAL_OR_KEYWORD}
+            self.usable &= set(parameters) <= named and all(isinstance(x, Real) for x in values)
+            self._numbers.append([float(x) for x in values] if self.usable else [])
+        self.usable = self.usable and self._has_kernels()
 
     def _has_kernels(self) -> bool:
         """Whether the functions are kernels, which are compiled by the first call: not if they return mixed tuples."""
@@ -342,7 +339,16 @@ class CompiledMotion:
         self, ode: ODE, limit: float, *, single: bool = False, section: tuple[int, float, int] = (-1, 0.0, 1)
     ) -> bool:
         """Advance an ODE up to a time [s], or by one step; whether it met the section (signal, level, side) before."""
-        m = self._record or self._begin(ode)
+        if self._record is None:  # at the first use, also of a copy in another process
+            self._has_kernels()
+            method, n = scipy.integrate.DOP853, ode.size
+            self._record = Motion(
+                *(0.0,) * 8, signal=-1, has_wall=len(self.functions) > 1, p=sum(map(len, self._numbers)),
+                **dict.fromkeys(("x", "y", "z", "before"), n), K=(STAGES + 1, n),
+                weights=np.vstack([method.A, method.B]), instants=np.append(method.C, 1.0),
+                errors=np.array([method.E5, method.E3]),
+            )  # fmt: skip
+        m = self._record
         m.p[:] = [*chain(*self._numbers)]
         m.x[:] = ode._state
         m.t, m.h, m.last, m.rtol, m.atol = ode._time, ode._h or 0.0, self.last, ode.rtol, ode.atol
@@ -354,14 +360,3 @@ class CompiledMotion:
         ode.ok = code in (REACHED, CROSSED)
         ode.status = ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
         return code == CROSSED
-
-    def _begin(self, ode: ODE) -> Motion:
-        """Workspace, made at the first use."""
-        self._has_kernels()
-        method, n = scipy.integrate.DOP853, ode.size
-        self._record = Motion(
-            *(0.0,) * 8, signal=-1, has_wall=len(self.functions) > 1, p=sum(map(len, self._numbers)),
-            **dict.fromkeys(("x", "y", "z", "before"), n), K=(STAGES + 1, n), weights=np.vstack([method.A, method.B]),
-            instants=np.append(method.C, 1.0), errors=np.array([method.E5, method.E3]),
-        )  # fmt: skip
-        return self._record

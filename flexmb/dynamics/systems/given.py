@@ -302,8 +302,7 @@ class ODE(GivenSystem, ContinuousFlow):
             self._motion.take(self._parameters)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        limit = self._time + checks.positive(self._label, "duration", duration, "s")
-        return self._go(limit, tangents, single=False)
+        return self._go(self._time + checks.positive(self._label, "duration", duration, "s"), tangents, single=False)
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         return self._go(limit, tangents, single=True)

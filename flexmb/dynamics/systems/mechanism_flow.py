@@ -391,10 +391,8 @@ class MechanismFlow(ContinuousFlow):
     def restore(self, snapshot: Any) -> None:
         arrays, signals, changes, *ending = snapshot
         if changes != self.changes:
-            text = f"{self._label}: the snapshot belongs to the parameters {changes}, the flow has {self.changes}"
-            raise InputError(
-                f"{text}. With other parameters a motion begins from state(): reset(state, parameters=...)."
-            )
+            text = f"{self._label}: the snapshot belongs to the parameters {changes}, the flow has {self.changes}. With"
+            raise InputError(f"{text} other parameters a motion begins from state(): reset(state, parameters=...).")
         self.run.code, self.run.note, self.ok, self.status = ending
         self.run.flow.restore(arrays)
         self.run.keep_fixed_step()

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import reduce
 from numbers import Real
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -93,9 +94,7 @@ def _short(value: Any) -> str:
 class Knobs:
     """All numbers and choices of a model that may vary; `vary`, `fixed` as of `explore`, with ranges beside `vary`."""
 
-    def __init__(
-        self, model: Model, vary: Any, fixed: Mapping[str, Any], ranges: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, model: Model, vary: Any, fixed: Mapping[str, Any], ranges: Any = None) -> None:
         if not isinstance(model, Mechanism) and not callable(model):
             text = f"{LABEL}: model is {_short(model)}"
             raise InputError(f"{text}; it must be a Mechanism, or a function that returns one.")
@@ -105,8 +104,7 @@ class Knobs:
             if not any(one.kind is inspect.Parameter.VAR_KEYWORD for one in taken.values()):
                 for name in fixed:
                     checks.one_of(LABEL, "name in fixed", name, list(taken))
-        wanted = self._wanted(vary, ranges or {})
-        self.known = {name: self._knob(name, given) for name, given in wanted.items()}
+        self.known = {name: self._knob(name, given) for name, given in self._wanted(vary, ranges or {}).items()}
         self.hidden = () if vary is not None else tuple(self.known)[MOST_SHOWN:]
         self.fixed = {name: value for name, value in self.fixed.items() if name not in self.known}
 
@@ -153,8 +151,13 @@ class Knobs:
             wanted: dict[str, Any] = {str(name): given for name, given in vary.items()}
         elif vary is not None:
             wanted = {str(name): None for name in checks.sequence(LABEL, "vary", vary, "names such as 'speed'")}
-        else:
-            wanted = self._all()
+        else:  # guessed ranges of the arguments of the function, or of the numbers of parts, bodies last
+            names = list(arguments_of(LABEL, self.model)) if callable(self.model) else []
+            if isinstance(self.model, Mechanism):
+                parts = sorted(self.model.parts, key=lambda part: isinstance(part, Body))
+                names = [f"{part.name}.{path}" for part in parts for path in _numbers_of(part, DEPTH)]
+            guesses = {name: self._guessed(name) for name in names[:MOST_KNOBS]}
+            wanted = {name: guess for name, guess in guesses.items() if guess is not None}
         wanted |= ranges
         if not wanted:
             raise InputError(f"{LABEL}: nothing can vary. Give names with ranges: vary={{'speed': (50.0, 500.0)}}.")
@@ -162,32 +165,25 @@ class Knobs:
             raise InputError(f"{LABEL}: vary holds {len(wanted)} names; a page holds {MOST_KNOBS} at most.")
         return wanted
 
-    def _all(self) -> dict[str, Any]:
-        """Guessed ranges by name: of arguments of the function, or of numbers of parts, bodies last."""
-        if isinstance(self.model, Mechanism):
-            parts = sorted(self.model.parts, key=lambda part: isinstance(part, Body))
-            names = [f"{part.name}.{path}" for part in parts for path in _numbers_of(part, DEPTH)]
-        else:
-            names = list(arguments_of(LABEL, self.model))
-        guesses = {name: self._guessed(name) for name in names[:MOST_KNOBS]}
-        return {name: guess for name, guess in guesses.items() if guess is not None}
-
     def _found(self, name: str) -> tuple[Any, str, str, Any]:
         """Present value, unit, declared kind and annotation."""
         if isinstance(self.model, Mechanism):
             return *of_part(LABEL, self.model, name), None
         value, unit, kind = of_function(LABEL, self.model, name)
-        annotation = _evaluated(self.model, arguments_of(LABEL, self.model)[name].annotation)
-        return self.fixed.get(name, value), unit, kind, annotation
+        annotation: Any = arguments_of(LABEL, self.model)[name].annotation
+        if isinstance(annotation, str):  # of a module with lazy annotations
+            try:
+                annotation = eval(annotation, getattr(inspect.unwrap(self.model), "__globals__", {}))
+            except (NameError, SyntaxError, TypeError, AttributeError):  # imported for type checking only
+                annotation = None
+        without_unit = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+        return self.fixed.get(name, value), unit, kind, without_unit
 
     def _meaning(self, name: str) -> str:
         if not isinstance(self.model, Mechanism):
             return parameters(self.model).get(name, "")
         *path, last = name.split(".")
-        owner: Any = self.model.find(path[0])
-        for piece in path[1:]:
-            owner = getattr(owner, piece)
-        kind: Any = type(owner)
+        kind: Any = type(reduce(getattr, path[1:], self.model.find(path[0])))
         return next((field.meaning for field in fields_of(kind) if field.name == last), "")
 
     def _guessed(self, name: str) -> Any:
@@ -259,16 +255,6 @@ def _choice(knob: Knob, choices: Sequence[tuple[str, Any]]) -> Knob:
 
 def _label(value: Any) -> str:
     return {True: "yes", False: "no"}[value] if isinstance(value, bool) else "none" if value is None else str(value)
-
-
-def _evaluated(function: Any, annotation: Any) -> Any:
-    """Annotation of an argument without its unit; texts of modules with lazy annotations are evaluated."""
-    if isinstance(annotation, str):
-        try:
-            annotation = eval(annotation, getattr(inspect.unwrap(function), "__globals__", {}))
-        except (NameError, SyntaxError, TypeError, AttributeError):  # imported for type checking only
-            return None
-    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
 
 
 def _numbers_of(owner: Part | Any, depth: int) -> Iterator[str]:

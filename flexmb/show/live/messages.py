@@ -71,8 +71,7 @@ class Files:
         with TemporaryDirectory(prefix=".flexmb-", dir=folder_of("folder", self.folder)) as place:
             made = self.written(name, Path(place))
             names = (f"{made.stem}{f'-{k}' if k > 1 else ''}{made.suffix}" for k in count(1))
-            free = next(self.folder / one for one in names if not (self.folder / one).exists())
-            return made.rename(free)
+            return made.rename(next(self.folder / one for one in names if not (self.folder / one).exists()))
 
 
 FRAMES = 300  # largest number of frames of a message

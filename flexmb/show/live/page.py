@@ -8,6 +8,7 @@ import shlex
 import time
 import webbrowser
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from string import Template
 from types import TracebackType
@@ -44,18 +45,10 @@ PACKAGES = {"starlette": "a live page", "uvicorn": "a live page", "websockets": 
 
 @arguments.checked
 def explore(
-    model: Model,
-    *,
-    vary: Mapping[str, Any] | Sequence[str] | None = None,
-    fixed: Mapping[str, Any] | None = None,
-    periods: float | None = None,
-    t_end: float | None = None,
-    store: str | Path | None = None,
-    folder: str | Path | None = None,
-    port: int | None = None,
-    open: bool | None = None,
-    block: bool | None = None,
-) -> Page:
+    model: Model, *, vary: Mapping[str, Any] | Sequence[str] | None = None, fixed: Mapping[str, Any] | None = None,
+    periods: float | None = None, t_end: float | None = None, store: str | Path | None = None,
+    folder: str | Path | None = None, port: int | None = None, open: bool | None = None, block: bool | None = None,
+) -> Page:  # fmt: skip
     """Live page in the browser or in a notebook: a moving mechanism with sliders, and a run at each change.
 
     The page listens on this machine alone (127.0.0.1), and its address holds a token.  It shows signals, orbits of
@@ -96,10 +89,8 @@ def explore(
     """
     if periods is not None and t_end is not None:
         raise InputError(f"{LABEL}: periods is {periods!r} and t_end is {t_end!r}; give one of them.")
-    opened, waits = (
-        not in_notebook() if flag is None else checks.flag(LABEL, name, flag)
-        for name, flag in (("open", open), ("block", block))
-    )
+    opened = not in_notebook() if open is None else checks.flag(LABEL, "open", open)
+    waits = not in_notebook() if block is None else checks.flag(LABEL, "block", block)
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
     page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port, folder=folder)
     if in_notebook():  # where a cell that is run again makes another page
@@ -135,14 +126,9 @@ class Page:
     # In: numbers and choices that vary; unit and length of the first run; words by which the command line finds the
     # mechanism, none for one of a script; folder of diagrams; port; folder of files. None is as for `explore`.
     def __init__(
-        self,
-        knobs: Knobs,
-        length: tuple[str, float] | None = None,
-        source: Sequence[str] = (),
-        store: str | Path | None = None,
-        port: int | None = None,
-        folder: str | Path | None = None,
-    ) -> None:
+        self, knobs: Knobs, length: tuple[str, float] | None = None, source: Sequence[str] = (),
+        store: str | Path | None = None, port: int | None = None, folder: str | Path | None = None,
+    ) -> None:  # fmt: skip
         number = None if port is None else checks.count(LABEL, "port", checks.between(LABEL, "port", port, 1024, 65535))
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)
@@ -150,11 +136,17 @@ class Page:
         saves = Path.cwd() if folder is None else folder_of("folder", folder)
         from flexmb.show.live.server import Server
 
-        self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
-        unit, first = length or _by_drives(knobs)
+        if not source and str(getattr(knobs.model, "__module__", "")).startswith("flexmb.mechanisms."):
+            source = [str(getattr(knobs.model, "__name__", "")).replace("_", "-")]  # a ready one
+        if length is None:
+            length = PERIODS, DEFAULT_PERIODS
+            with suppress(FlexmbError):  # told on the page
+                if period_or_none(compile_mechanism(knobs.mechanism(knobs.start))) is None:
+                    length = SECONDS, DEFAULT_SECONDS
+        self._knobs, self._source = knobs, tuple(source)
         self._wanted: tuple[str, ...] = ()
         self._examination = ""
-        self._runner = Runner(knobs, unit, first, self._publish, self._publish_examination)
+        self._runner = Runner(knobs, *length, self._publish, self._publish_examination)
         self._studies = Studies(knobs, self._publish_study, kept)
         self._widgets: list[Widget] = []
         self._files = Files(lambda: self._runner.latest, self._name, saves)
@@ -318,21 +310,6 @@ class Page:
         network = "" if port is None else f"ws://127.0.0.1:{port} ws://localhost:{port}"
         own = (style, "\n".join(scripts))
         return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=own, network=network)
-
-
-def _by_drives(knobs: Knobs) -> tuple[str, float]:
-    """Unit and length of the first run, by the drives of the mechanism at the start values."""
-    try:
-        period = period_or_none(compile_mechanism(knobs.mechanism(knobs.start)))
-    except FlexmbError:
-        return PERIODS, DEFAULT_PERIODS  # told on the page
-    return (SECONDS, DEFAULT_SECONDS) if period is None else (PERIODS, DEFAULT_PERIODS)
-
-
-def _ready(model: Model) -> tuple[str, ...]:
-    """Word of the command line for a ready mechanism."""
-    ready = str(getattr(model, "__module__", "")).startswith("flexmb.mechanisms.")
-    return (str(getattr(model, "__name__", "")).replace("_", "-"),) if ready else ()
 
 
 def _typed(name: str, value: Any, *, of_part: bool) -> list[str]:

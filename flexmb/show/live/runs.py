@@ -136,24 +136,24 @@ class Runner:
         return self.closed or self.request.number != request.number
 
     def _work(self) -> None:
-        request = self.request
-        examined = False
+        request, is_examined = self.request, False
         while True:
             with self.changed:
                 going = self.goes_on and self.latest.ok and len(self.latest.section) < MOST_POINTS
                 if not going and not self.outdated(request):
-                    self.changed.wait(QUIET if not examined else None)
+                    self.changed.wait(None if is_examined else QUIET)
                 if self.closed:
                     return
                 newest = self.request
             if newest.number != request.number:
-                request, examined = newest, False
+                request, is_examined = newest, False
                 self._serve(request)
             elif going:
                 self._serve(request, self.latest)
-            elif not examined:
-                examined = True
-                self._examine()
+            elif not is_examined:
+                is_examined = True
+                if self.latest.mechanism is not None:
+                    self.examined(self.latest.number, examined(self.latest.mechanism))
 
     def _serve(self, request: Request, before: View | None = None) -> None:
         """Run a request, or go on from a view, and publish the result."""
@@ -194,14 +194,15 @@ class Runner:
         context = copy_context()
         context.run(AFTER_BLOCK.set, watched)
         sol = context.run(simulate, mechanism, **span)
-        earlier = np.zeros((0, len(sol.names))) if before is None else before.section
-        return view_of(request, mechanism, sol, section=_section(earlier, sol, period), period=period)
-
-    def _examine(self) -> None:
-        """Examine the mechanism of the newest view."""
-        view = self.latest
-        if view.mechanism is not None:
-            self.examined(view.number, examined(view.mechanism))
+        # Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one
+        section = np.zeros((0, len(sol.names))) if before is None else before.section
+        if period is not None and len(sol.time) > 1:
+            first, last = np.floor(sol.time[[0, -1]] / period + 1e-6)
+            times = period * np.arange(first + 1.0, last + 1.0)
+            rows = sol.values[nearest_to_each(sol, times)] if len(times) else np.zeros((0, len(sol.names)))
+            most = min(MOST_POINTS, MOST_NUMBERS // max(len(sol.names), 1))
+            section = np.concatenate([section, rows])[-most:]
+        return view_of(request, mechanism, sol, section=section, period=period)
 
 
 class _Watch:
@@ -221,14 +222,3 @@ class _Watch:
             self.told = now
             sol = replace(run.solution({"name": self.mechanism.name}), status=f"Running: t = {run.flow.clock.t:.4g} s.")
             self.runner.published(view_of(self.request, self.mechanism, sol, done=False, period=run.period))
-
-
-def _section(earlier: np.ndarray, sol: Solution, period: float | None) -> np.ndarray:
-    """Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one."""
-    if period is None or len(sol.time) < 2:
-        return earlier
-    first, last = np.floor(sol.time[0] / period + 1e-6), np.floor(sol.time[-1] / period + 1e-6)
-    times = period * np.arange(first + 1.0, last + 1.0)
-    most = min(MOST_POINTS, MOST_NUMBERS // max(len(sol.names), 1))
-    rows = sol.values[nearest_to_each(sol, times)] if len(times) else np.zeros((0, len(sol.names)))
-    return np.concatenate([earlier, rows])[-most:]

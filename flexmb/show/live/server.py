@@ -6,7 +6,8 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -57,8 +58,17 @@ class Guard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""
         fault = self._fault(scope)
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
+                more = {**HEADERS, **({"Set-Cookie": cookie} if scope["path"] == "/" else {})}
+                pairs = [(name.lower().encode(), value.encode()) for name, value in more.items()]
+                message = {**message, "headers": [*message.get("headers", ()), *pairs]}
+            await send(message)
+
         if not fault:
-            await self.app(scope, receive, self._with_headers(scope, send))
+            await self.app(scope, receive, with_headers)
         elif scope["type"] == "http":
             await PlainTextResponse(f"flexmb: {fault}\n", 403, HEADERS)(scope, receive, send)
         else:
@@ -77,17 +87,6 @@ class Guard:
         if not hmac.compare_digest(given.encode(), self.token.encode()):
             return "the token is missing or wrong. Open the whole address that flexmb has printed, with ?token=."
         return ""
-
-    def _with_headers(self, scope: Scope, send: Send) -> Callable[[Message], Awaitable[None]]:
-        async def sending(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
-                more = {**HEADERS, **({"Set-Cookie": cookie} if scope["path"] == "/" else {})}
-                pairs = [(name.lower().encode(), value.encode()) for name, value in more.items()]
-                message = {**message, "headers": [*message.get("headers", ()), *pairs]}
-            await send(message)
-
-        return sending
 
 
 class Client:
@@ -127,14 +126,9 @@ class Server:
     # In: text of the page for a port and a token; what hears messages; messages by kind for a new browser; files by the
     # path of a request; token of requests; number of the port, None: a free one.
     def __init__(
-        self,
-        page: Callable[[int, str], str],
-        heard: Heard,
-        greeting: Callable[[], Mapping[str, str]],
-        files: Files,
-        token: str,
-        port: int | None = None,
-    ) -> None:
+        self, page: Callable[[int, str], str], heard: Heard, greeting: Callable[[], Mapping[str, str]], files: Files,
+        token: str, port: int | None = None,
+    ) -> None:  # fmt: skip
         self.heard, self.greeting, self.files, self.token = heard, greeting, files, token
         self.clients: set[Client] = set()
         self.loop: asyncio.AbstractEventLoop | None = None
@@ -153,9 +147,7 @@ class Server:
             ws_max_size=MOST_BYTES, limit_concurrency=4 * MOST_CLIENTS, timeout_graceful_shutdown=1,
         )  # fmt: skip
         self.server = uvicorn.Server(config)
-        self.thread = threading.Thread(
-            target=lambda: asyncio.run(self._serving()), name="flexmb live server", daemon=True
-        )
+        self.thread = threading.Thread(target=lambda: asyncio.run(self._serving()), name="flexmb server", daemon=True)
 
     def start(self) -> None:
         """Begin to serve; returns when the server answers."""
@@ -219,17 +211,11 @@ class Server:
 
     async def _listen(self, client: Client) -> None:
         while True:
-            text = await client.connection.receive_text()
+            text, given = await client.connection.receive_text(), None
             if not client.may_speak():
                 await client.connection.close(POLICY_VIOLATION, "Too many messages.")
                 return
-            if refused := answer(self.heard, _read(text)):
+            with suppress(ValueError, RecursionError):  # None where there are no plain values
+                given = json.loads(text) if len(text) <= MOST_BYTES else None
+            if refused := answer(self.heard, given):
                 client.put("refused", refused)
-
-
-def _read(text: str) -> Any:
-    """Plain values of a message, or None where there are none."""
-    try:
-        return json.loads(text) if len(text) <= MOST_BYTES else None
-    except (ValueError, RecursionError):
-        return None

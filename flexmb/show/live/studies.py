@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.design.parameters import Model
 from flexmb.dynamics.jobs.executors import Outcome
 from flexmb.dynamics.lyapunov import lyapunov
 from flexmb.dynamics.sweeps.bifurcation import bifurcation
@@ -89,23 +88,21 @@ class Studies:
         if not isinstance(signal, str) or not low < high:
             raise InputError(f"{LABEL}: a diagram needs a signal, and a range whose first end is the lower one.")
         make, fixed = self.knobs.family(values, name)
-        along = np.linspace(low, high, count)
-        settings = {"fixed": fixed, "skip": skip, "keep": keep, "signals": [signal]}
+        along = np.linspace(low, high, count).tolist()
+        settings: Any = {"fixed": fixed, "skip": skip, "keep": keep, "signals": [signal]}
         place = None
         if self.store is not None:
             others = {key: one for key, one in values.items() if key != name}
             model = digest(self.knobs.mechanism({**values, name: low}))  # another model has a store of its own
             text = repr((model, name, low, high, count, skip, keep, signal, sorted(others.items())))
             place = self.store / f"{name}-{sha256(text.encode()).hexdigest()[:12]}.zarr"
-        return partial(self._paint, make, name, along, settings, place)
 
-    def _paint(
-        self, make: Model, name: str, along: np.ndarray, settings: dict[str, Any], place: Path | None, tell: Told
-    ) -> None:
-        """Points of a diagram from its store, which the sweep has checked, and by runs."""
-        with _Painter(tell, self.stopping, len(along), _kept(place, name, settings["signals"][0])) as painter:
-            bifurcation(make, name, along.tolist(), **settings, executor=painter, pending=1, store=place, resume=True)
-            painter.catch_up()
+        def study(tell: Told) -> None:  # points from the store, which the sweep has checked, and by runs
+            with _Painter(tell, self.stopping, count, _kept(place, name, signal)) as painter:
+                bifurcation(make, name, along, **settings, executor=painter, pending=1, store=place, resume=True)
+                painter.catch_up()
+
+        return study
 
 
 def _kept(place: Path | None, name: str, signal: str) -> Iterator[Point]:

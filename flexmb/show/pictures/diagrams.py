@@ -65,7 +65,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     figure, ax = style.panel_of(DIAGRAM_SIZE)
     pieces: dict[tuple[str, str], list[Any]] = {}
     look: dict[str, Any]
-    for direction, row in _rows(diagram):
+    for direction, row in by_direction(diagram):
         values, points = row[parameter].values, row[signal].values
         for k in np.flatnonzero(row["ok"].values):
             key = (entry_of(str(row["verdict"].values[k])), direction)
@@ -90,7 +90,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     return figure
 
 
-def _rows(diagram: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+def by_direction(diagram: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """The directions of the diagram, each with its dataset."""
     if "direction" not in diagram.dims:
         return [(diagram.attrs["direction"], diagram)]
@@ -195,8 +195,7 @@ def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, labelled: se
         ax.plot(x[begin:end], y[begin:end], dashes, color=colour, linewidth=1.5, label=label)
         labelled.add(name)
         begin = k
-    heights = _heights(branch, signal, value, branch.events)
-    for event, height in zip(branch.events, heights, strict=True):
+    for event, height in zip(branch.events, _heights(branch, signal, value, branch.events), strict=True):
         mark, colour, name = MARKS[event.kind]
         label = None if name in labelled else name
         ax.plot(event.value, height, mark, color=colour, markersize=8, zorder=3, label=label, linestyle="none")
@@ -282,7 +281,10 @@ def plot_phase(
     ------
     InputError : an unknown signal, another kind of object, a time after the end of the motion.
     """
-    data = _signals(motion, (x, y)) if isinstance(motion, Solution) else motion
+    data: Any = motion
+    if isinstance(motion, Solution):
+        columns = {name: ("time", motion.array(name), {"units": motion.units(name)}) for name in (x, y)}
+        data = xr.Dataset(columns, {"time": ("time", motion.time, {"units": "s"})}, {"name": motion.name})
     checks.instance("plot_phase", "the motion", data, xr.Dataset, "a dataset of signals")
     values = [_signal("plot_phase", data, name) for name in (x, y)]
     if since is not None:
@@ -295,12 +297,6 @@ def plot_phase(
     ax.plot(*values, linewidth=0.9, color=style.COLOURS[0])
     _labels(ax, data, x, y)
     return figure
-
-
-def _signals(sol: Solution, names: tuple[str, ...]) -> xr.Dataset:
-    """Dataset of some signals of a solution."""
-    columns = {name: ("time", sol.array(name), {"units": sol.units(name)}) for name in names}
-    return xr.Dataset(columns, {"time": ("time", sol.time, {"units": "s"})}, {"name": sol.name})
 
 
 def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: str | None = None) -> Figure:
@@ -456,7 +452,13 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
         _widened(section, motion, x, y)
         figures["-".join(["section", x, *([y] if y else [])])] = section
         if y and len(motion.times):
-            figures[f"phase-{x}-{y}"] = _portrait(report, x, y)
+            late = motion.times >= motion.times[-1] - PORTRAIT * report.period
+            along = motion.times[late]
+            title = f"{name}: the last {round((along[-1] - along[0]) / report.period)} periods"
+            portrait = plot_phase(_columns(motion, motion.fine[late], "time", along), x, y, title=title)
+            if x.endswith(".ex"):  # the journal moves in a circle
+                portrait.axes[0].set_aspect("equal", adjustable="box")
+            figures[f"phase-{x}-{y}"] = portrait
     if len(report.exponents.history) and np.isfinite(report.exponents.history).any():
         figures["exponents"] = plot_exponents(report.exponents)
     for f in report.signals:
@@ -464,18 +466,6 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
             stem, most = f.name.removeprefix("sin(").removesuffix(")"), HARMONICS / report.period
             figures[f"spectrum-{stem}"] = plot_spectrum(f.spectrum, signal=f.name, units=f.unit, up_to=most)
     return {f"{stem}.png": figure for stem, figure in figures.items()}
-
-
-def _portrait(report: ChaosReport, x: str, y: str) -> Figure:
-    """Phase portrait of the last periods of the motion."""
-    motion = report.motion
-    late = motion.times >= motion.times[-1] - PORTRAIT * report.period
-    number = round((motion.times[late][-1] - motion.times[late][0]) / report.period)
-    title = f"{report.exponents.name}: the last {number} periods"
-    figure = plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title)
-    if x.endswith(".ex"):  # the journal moves in a circle
-        figure.axes[0].set_aspect("equal", adjustable="box")
-    return figure
 
 
 def _widened(figure: Figure, motion: Motion, x: str, y: str | None) -> None:

@@ -41,16 +41,9 @@ class Film:
     """Frames of a run as images, drawn one after the other; arguments as of `animate`."""
 
     def __init__(
-        self,
-        sol: Solution,
-        times: np.ndarray,
-        magnify: float,
-        colour: str | None,
-        points: dict[str, Place],
-        joints: tuple[str, ...],
-        size: tuple[int, int] | None,
-        follow: Place | None = None,
-    ) -> None:
+        self, sol: Solution, times: np.ndarray, magnify: float, colour: str | None, points: dict[str, Place],
+        joints: tuple[str, ...], size: tuple[int, int] | None, follow: Place | None = None,
+    ) -> None:  # fmt: skip
         if colour is not None:
             checks.one_of("animate", "colour", colour, (*FIELDS, STRESS))
         true = at_times(sol, times)
@@ -228,19 +221,11 @@ MOST_FRAMES, MOST_PIXELS = 20_000, 4e9  # of a film, and pixels of all frames of
 
 @arguments.checked
 def animate(
-    sol: Solution,
-    path: str | Path,
-    *,
-    seconds: float = 4.0,
-    fps: float = 25.0,
-    times: tuple[float, float] | None = None,
-    magnify: float = 1.0,
-    colour: str | None = "moment",
-    traces: bool | Sequence[str] | None = None,
-    forces: bool | Sequence[str] = False,
-    size: tuple[int, int] | None = None,
-    follow: str | None = None,
-) -> Path:
+    sol: Solution, path: str | Path, *, seconds: float = 4.0, fps: float = 25.0,
+    times: tuple[float, float] | None = None, magnify: float = 1.0, colour: str | None = "moment",
+    traces: bool | Sequence[str] | None = None, forces: bool | Sequence[str] = False,
+    size: tuple[int, int] | None = None, follow: str | None = None,
+) -> Path:  # fmt: skip
     """Film of a run: seconds x fps frames at equal distances in time, the first at the begin and the last at the end.
 
     Between two saved rows positions follow cubic polynomials (`flexmb.results.positions.at_times`), so a film may have

@@ -56,16 +56,9 @@ class Glb:
         return self._append("materials", {"name": name, "pbrMetallicRoughness": surface, "doubleSided": True})
 
     def mesh(
-        self,
-        name: str,
-        positions: np.ndarray,
-        normals: np.ndarray,
-        faces: np.ndarray,
-        material: int,
-        *,
-        colours: np.ndarray | None = None,
-        shapes: Sequence[np.ndarray] = (),
-    ) -> int:
+        self, name: str, positions: np.ndarray, normals: np.ndarray, faces: np.ndarray, material: int, *,
+        colours: np.ndarray | None = None, shapes: Sequence[np.ndarray] = (),
+    ) -> int:  # fmt: skip
         """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3)."""
         # Linear colours (n, 3) of the points multiply that of the material; None: that of the material. `shapes` are
         # displacements (n, 3) [m] that `deform` adds up (morph targets).
@@ -120,8 +113,7 @@ class Glb:
             self._inputs[key] = self._accessor(time.reshape(-1, 1), None, limits=True)
         output = self._accessor(values, None)
         motion["samplers"].append({"input": self._inputs[key], "output": output, "interpolation": "LINEAR"})
-        target = {"node": node, "path": path}
-        motion["channels"].append({"sampler": len(motion["samplers"]) - 1, "target": target})
+        motion["channels"].append({"sampler": len(motion["samplers"]) - 1, "target": {"node": node, "path": path}})
 
     def bytes(self) -> bytes:
         """The document as a binary glTF file."""
@@ -133,8 +125,7 @@ class Glb:
         text = json.dumps(done, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         data = bytes(self._data) + b"\0" * (-len(self._data) % 4)
-        size = 12 + 8 + len(text) + 8 + len(data)
-        head = struct.pack("<3I", MAGIC, VERSION, size)
+        head = struct.pack("<3I", MAGIC, VERSION, 12 + 8 + len(text) + 8 + len(data))
         return head + struct.pack("<2I", len(text), JSON_CHUNK) + text + struct.pack("<2I", len(data), BIN_CHUNK) + data
 
     def _append(self, kind: str, item: dict[str, Any]) -> int:

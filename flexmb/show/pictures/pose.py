@@ -37,12 +37,9 @@ ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 
 
 def place_names(
-    ax: Axes,
-    points: Sequence[tuple[np.ndarray, str]],
-    lines: Sequence[np.ndarray],
-    keep_free: Sequence[np.ndarray] = (),
-    feet: Sequence[np.ndarray] = (),
-) -> list[Annotation]:
+    ax: Axes, points: Sequence[tuple[np.ndarray, str]], lines: Sequence[np.ndarray],
+    keep_free: Sequence[np.ndarray] = (), feet: Sequence[np.ndarray] = (),
+) -> list[Annotation]:  # fmt: skip
     """Names beside their points; the layout of the figure is settled by this call."""
     # Each name takes the cheapest of some hundred places around its point: the nearest one that is free of other names,
     # of points, and, if possible, of lines. Points, polylines (m, 2) that are better not hidden, further points to be
@@ -93,8 +90,7 @@ def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
     style: dict[str, Any] = {"ha": "left", "va": "bottom", "fontsize": "x-small", "zorder": 5}
     style |= {"path_effects": [mpl.patheffects.withStroke(linewidth=2.0, foreground="white")], "annotation_clip": False}
     style["arrowprops"] = {"arrowstyle": "-", "color": "0.55", "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 3.0}
-    place = (float(point[0]), float(point[1]))
-    text = ax.annotate(name, place, xytext=(0.0, 0.0), textcoords="offset points", **style)
+    text = ax.annotate(name, (float(point[0]), float(point[1])), xytext=(0.0, 0.0), textcoords="offset points", **style)
     text.set_in_layout(False)
     make_drawable([text])
     if text.arrow_patch is not None:
@@ -211,8 +207,9 @@ class Pose:
         values = np.concatenate([0.5 * (f[:, :-1] + f[:, 1:]) for f in fields], axis=1)
         style = {"cmap": colouring.colours, "norm": colouring.scale, "zorder": 1.95}
         self._polygons(np.concatenate(quads, axis=1), values, {**style, "edgecolors": "face", "linewidths": 0.4})
-        for points in (np.stack([side[k] for side in sides], axis=1) for k in (0, 1)):
-            self._edges(points)
+        thin = {"colors": "0.25", "linewidths": 0.7, "zorder": 2.0}
+        for k in (0, 1):
+            self._polygons(np.stack([side[k] for side in sides], axis=1), None, thin, is_open=True)
 
     def _mesh(self, surface: Surface, own: str, colouring: Colouring | None) -> None:
         """A mesh in the colour of its body, or with the stress of its cells, between its edges."""
@@ -228,9 +225,12 @@ class Pose:
         for rim in surface.outlines():
             self._polyline(rim, "", {"color": colour, "linewidth": 1.4, "zorder": 2.0})
 
-    def _polygons(self, points: np.ndarray, values: np.ndarray | None, style: dict[str, Any]) -> None:
-        """Polygons (n, k, m, 2), coloured by `values` (n, k) or as `style` tells."""
-        artist = mpl.collections.PolyCollection(list(points[0]), **style)
+    def _polygons(
+        self, points: np.ndarray, values: np.ndarray | None, style: dict[str, Any], *, is_open: bool = False
+    ) -> None:
+        """Polygons or open lines (n, k, m, 2), coloured by `values` (n, k) or as `style` tells."""
+        kind: Any = mpl.collections.LineCollection if is_open else mpl.collections.PolyCollection
+        artist = kind(list(points[0]), **style)
         self._ax.add_collection(artist, autolim=False)
         self.artists.append(artist)
 
@@ -240,13 +240,6 @@ class Pose:
                 artist.set_array(values[now])
 
         self._updates.append(update)
-
-    def _edges(self, points: np.ndarray) -> None:
-        """Thin lines (n, k, m, 2)."""
-        artist = mpl.collections.LineCollection(list(points[0]), colors="0.25", linewidths=0.7, zorder=2.0)
-        self._ax.add_collection(artist, autolim=False)
-        self.artists.append(artist)
-        self._updates.append(lambda now: artist.set_segments(list(points[now])))
 
     def _path(self, name: str, path: np.ndarray, time: np.ndarray) -> None:
         style: dict[str, Any] = {"color": TRACED, "linewidth": 1.0, "zorder": 1.5, "gid": f"{TRACE} {name}"}

@@ -60,14 +60,10 @@ class Scene:
 
 
 def scene_of(
-    sol: Solution,
-    rows: np.ndarray,
-    *,
-    box: Box | None = None,
-    paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None,
-    forces: Sequence[str] = (),
+    sol: Solution, rows: np.ndarray, *, box: Box | None = None,
+    paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None, forces: Sequence[str] = (),
     true: Solution | None = None,
-) -> Scene:
+) -> Scene:  # fmt: skip
     """Scene of saved rows with numbers (n,) of a solution; `box`: limits of the axes, None: room for all poses."""
     # `paths` are paths of points by name, with their instants; None: those of the markers with a trace. Section forces
     # and stresses are those of `true` where the deformation of `sol` is magnified.
@@ -86,8 +82,7 @@ def scene_of(
         if name not in places:
             raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
         arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
-        points = arrow_line(places[name], places[name] + arrow, HEAD * size)
-        arrows.append(Line(name, "force", points))
+        arrows.append(Line(name, "force", arrow_line(places[name], places[name] + arrow, HEAD * size)))
     signs, meshes = symbols(sol, rows, size), drawing.surfaces(sol, rows)
     if true is not None:
         for line, own in zip(lines, drawing.lines(true, rows, PER_ELEMENT), strict=True):
@@ -140,12 +135,9 @@ CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a r
 
 @arguments.checked
 def render(
-    sol: Solution,
-    times: Sequence[float] | np.ndarray | None = None,
-    *,
-    path: str | Path | None = None,
+    sol: Solution, times: Sequence[float] | np.ndarray | None = None, *, path: str | Path | None = None,
     size: tuple[float, float] | None = None,
-) -> Figure:
+) -> Figure:  # fmt: skip
     """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
     Each body has a colour.  Beams are drawn deformed in true scale and with their depth.  Joints are dots, joints with
@@ -250,10 +242,8 @@ def legend(figure: Figure, scene: Scene) -> None:
         handles = [*handles[: MOST_NAMES - 1], mpl.lines.Line2D([], [], linestyle="", label=f"and {more} more")]
     if handles:
         lengths, width = [len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0]
-        spaces = (
-            (k, sum(0.62 + 0.085 * max(one) for one in np.array_split(lengths, k))) for k in range(len(lengths), 1, -1)
-        )
-        columns = next((k for k, space in spaces if space <= width), 1)
+        parts = ((k, np.array_split(lengths, k)) for k in range(len(lengths), 1, -1))
+        columns = next((k for k, own in parts if sum(0.62 + 0.085 * max(one) for one in own) <= width), 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
 
 
@@ -271,7 +261,13 @@ def plot_mechanism(
     Pose(ax, scene, 0)
     ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
     legend(figure, scene)
-    joint_names(ax, scene, 0, _lengths(scene) if lengths else [])
+    links = []  # middles of the straight bodies and their lengths
+    for part in scene.parts if lengths else ():
+        points = np.concatenate([line.points[0] for line in scene.lines if line.part == part])
+        length = math.dist(points[0], points[-1])
+        if length > 0.0 and np.hypot(*np.diff(points, axis=0).T).sum() < (1.0 + 1e-6) * length:
+            links.append((0.5 * (points[0] + points[-1]), f"{length:.4g} m"))
+    joint_names(ax, scene, 0, links)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
@@ -291,16 +287,3 @@ def reference_solution(mechanism: Mechanism) -> Solution:
         peaks=Peaks(np.abs(row[0]), np.zeros(len(values))), status="Reference configuration.", ok=True,
         stats=Stats(), shapes=mechanism.shapes(), model={"name": mechanism.name},
     )  # fmt: skip
-
-
-def _lengths(scene: Scene) -> list[tuple[np.ndarray, str]]:
-    """Middles of the straight bodies and their lengths as texts [m]."""
-    found = []
-    for part in scene.parts:
-        points = np.concatenate([line.points[0] for line in scene.lines if line.part == part])
-        ends = points[0], points[-1]
-        length = math.dist(*ends)
-        way = np.hypot(*np.diff(points, axis=0).T).sum()
-        if length > 0.0 and way < (1.0 + 1e-6) * length:
-            found.append((0.5 * (ends[0] + ends[1]), f"{length:.4g} m"))
-    return found

@@ -377,8 +377,7 @@ def plot_campbell(
     given = [checks.number("plot_campbell", f"speeds[{k}]", w, "rad/s") for k, w in enumerate(listed)]
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
-    number = checks.count("plot_campbell", "count", count)
-    found, failed = _frequencies(mechanism, given, number, about, damped)
+    found, failed = _frequencies(mechanism, given, checks.count("plot_campbell", "count", count), about, damped)
     figure, ax = panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
@@ -553,9 +552,8 @@ def plot_pressure(sol: Solution, joint: Part | str, *, at: float | None = None, 
     ax.fill_between(directions, 0.0, found * 10.0**-power, color=COLOURS[0], alpha=0.25, linewidth=0.0)
     ax.plot(directions, found * 10.0**-power, color=COLOURS[0])
     top, towards = 1.05 * (largest or 1.0) * 10.0**-power, float(np.arctan2(y, x))
-    ax.plot(
-        [towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label="to the journal's centre"
-    )
+    label = "to the journal's centre"
+    ax.plot([towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label=label)
     ax.set_ylim(min(0.0, float(found.min()) * 10.0**-power), top)
     ax.set_rlabel_position(float(np.degrees(directions[found.argmax()])) + 180.0)  # type: ignore[attr-defined]
     ax.grid(visible=True, color="0.9", linewidth=0.6)

@@ -42,7 +42,18 @@ def screenshot_vtk(
     FileFormatError : a missing file, or a file that is no VTK file.
     InputError : an unknown field; a path that cannot be written.
     """
-    mesh = _frame(checks.path("screenshot_vtk", source), time)
+    given = checks.path("screenshot_vtk", source)
+    if not given.is_file():
+        raise FileFormatError(f"{str(given)!r}: there is no such file. Check the path; write_vtk(...) writes one.")
+    try:
+        reader: Any = pyvista.get_reader(str(given))
+        if given.suffix == ".pvd":
+            instants = reader.time_values
+            reader.set_active_time_value(instants[-1] if time is None else min(instants, key=lambda t: abs(t - time)))
+        mesh = reader.read()[0] if given.suffix == ".pvd" else reader.read()
+    except (OSError, ValueError, KeyError, IndexError) as error:
+        text = f"{str(given)!r}: no file of VTK that pyvista reads ({error}). Write it with write_vtk."
+        raise FileFormatError(text) from error
     checks.one_of("screenshot_vtk", "field", field, mesh.point_data.keys())
     target = checks.path("screenshot_vtk", path)
     plotter = pyvista.Plotter(off_screen=True, window_size=(1200, 800))
@@ -65,23 +76,6 @@ def bar_title(field: str, units: str) -> str:
     return "\n".join([words_of(field), *([f"[{units}]"] if units else []), ""])
 
 
-def _frame(source: Path, time: float | None) -> Any:
-    """The mesh of a .vtu file, or of the frame of a collection nearest to `time`."""
-    if not source.is_file():
-        raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; write_vtk(...) writes one.")
-    try:
-        reader = pyvista.get_reader(str(source))
-        if source.suffix == ".pvd":
-            instants = reader.time_values
-            when = instants[-1] if time is None else min(instants, key=lambda t: abs(t - time))
-            reader.set_active_time_value(when)
-            return reader.read()[0]
-        return reader.read()
-    except (OSError, ValueError, KeyError, IndexError) as error:
-        text = f"{str(source)!r}: no file of VTK that pyvista reads ({error}). Write it with write_vtk."
-        raise FileFormatError(text) from error
-
-
 MOST_FRAMES = 500  # number of poses that are prepared, at most
 INTERVAL = 30  # time between two frames while the motion plays [ms]
 SIZE = (1200, 800)  # size of the window [pixel]
@@ -90,15 +84,9 @@ KEYS = "space: play and stop    left, right: frame by frame    mouse: move and z
 
 @arguments.checked
 def view(
-    sol: Solution,
-    *,
-    magnify: float = 1.0,
-    colour: str | None = "moment",
-    forces: bool | Sequence[str] = False,
-    off_screen: bool = False,
-    time: float | None = None,
-    follow: str | None = None,
-) -> pyvista.Plotter:
+    sol: Solution, *, magnify: float = 1.0, colour: str | None = "moment", forces: bool | Sequence[str] = False,
+    off_screen: bool = False, time: float | None = None, follow: str | None = None,
+) -> pyvista.Plotter:  # fmt: skip
     """The run in a window, with a slider of the time; the space bar plays the motion.
 
     The poses are saved rows, at most 500 of them.  The call returns when the window is closed.
@@ -209,7 +197,12 @@ class Window:
             mine = [line for line in beams if line.part == name]
             sides = [edges(line, THINNEST * self._scene.size) for line in mine]
             points = np.concatenate([side for pair in sides for side in pair], axis=1)
-            cells = _quads([line.points.shape[1] for line in mine])
+            quads, first = [], 0
+            for m in (line.points.shape[1] for line in mine):
+                k = first + np.arange(m - 1)  # of the left edge; the right one follows
+                quads.append(np.stack([np.full(m - 1, 4), k, k + 1, k + m + 1, k + m], axis=1))
+                first += 2 * m
+            cells = np.concatenate(quads).ravel()
             style = {"color": "#404040", "line_width": 1.5, "depth": 1e-3}
             self._lines([side for pair in sides for side in pair], style)
             if field is None or field[0] == films.STRESS:
@@ -256,15 +249,12 @@ class Window:
 
     def _controls(self) -> None:
         time = self._scene.time
-        end = float(time[-1]) if len(time) > 1 else float(time[0]) + 1.0
-
-        def shown(value: float) -> None:
-            self.go_to(int(np.abs(time - value).argmin()))
-
+        span = float(time[0]), float(time[-1]) if len(time) > 1 else float(time[0]) + 1.0
         at = {"pointa": (0.08, 0.12), "pointb": (0.82, 0.12), "slider_width": 0.02, "tube_width": 0.004}
         look = {"title": "t [s]", "title_height": 0.02, "color": "black", "style": "modern", "fmt": "%.4g"}
-        span = float(time[0]), end
-        self._slider = self.plotter.add_slider_widget(shown, span, interaction_event="always", **at, **look)
+        self._slider = self.plotter.add_slider_widget(
+            lambda value: self.go_to(int(np.abs(time - value).argmin())), span, interaction_event="always", **at, **look
+        )
         self.plotter.add_text(KEYS, position=(10, 8), font_size=7, color="gray")
         self.plotter.add_key_event("space", self._toggle)
         self.plotter.add_key_event("Right", lambda: self._step(1))
@@ -288,13 +278,3 @@ def _coloured(field: tuple[str, str]) -> dict[str, Any]:
     bar = {"title": bar_title(*field), "color": "black", "vertical": True}
     bar |= {"position_x": 0.86, "position_y": 0.25, "title_font_size": 18, "label_font_size": 16}
     return {"scalars": field[0], "scalar_bar_args": {**bar, "height": 0.55, "n_labels": 5}}
-
-
-def _quads(lengths: list[int]) -> np.ndarray:
-    """Cells of ribbons whose points are the left and the right edge of one beam after the other."""
-    cells, first = [], 0
-    for m in lengths:
-        k = first + np.arange(m - 1)
-        cells.append(np.stack([np.full(m - 1, 4), k, k + 1, k + m + 1, k + m], axis=1))
-        first += 2 * m
-    return np.concatenate(cells).ravel()

@@ -35,23 +35,17 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
     else:
         sampled = [] if motion is None else [str(name) for name in motion.data_vars]
         names = list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
+    units = [root[name].attrs.get("units", "") for name in names]
     data: dict[str, Any] = {
-        "kind": "chaos",
-        "first": int(root["period"].values[0]),
-        "unit": root["exponent"].attrs.get("units", ""),
+        "kind": "chaos", "first": int(root["period"].values[0]), "unit": root["exponent"].attrs.get("units", ""),
         "plane": list(names[:2]) if len(names) > 1 else ["number", names[0]],
-        "section": {
-            "names": names,
-            "units": [root[name].attrs.get("units", "") for name in names],
-            "points": html.floats(_columns(root, names)),
-        },
-    }
+        "section": {"names": names, "units": units, "points": html.floats(_columns(root, names))},
+    }  # fmt: skip
     if motion is not None:
         sampled = [str(name) for name in motion.data_vars]
         data["motion"] = {"names": sampled, "curves": html.floats(_columns(motion, sampled))}
     if root.sizes.get("history_time", 0):
-        history = np.column_stack([root["history_time"].values, root["exponent_history"].values])
-        data["history"] = html.floats(history)
+        data["history"] = html.floats(np.column_stack([root["history_time"].values, root["exponent_history"].values]))
     heading = str(root.attrs["name"]) if title is None else title
     main = _main(root, has_motion=motion is not None)
     verdict = html.tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
@@ -79,7 +73,12 @@ def _main(root: xr.Dataset, *, has_motion: bool) -> html.Markup:
     settings = [(key.replace("_", " "), str(root.attrs[key])) for key in keys if key in root.attrs]
     why = html.tag("section", html.tag("p", reason), aria_label="Reason of the verdict")
     versions = html.section("Settings and versions", html.facts(settings), anchor="settings")
-    return html.tag("main", why, picture, _exponents(root), _evidence(root), versions, id="top")
+    found = {key.removeprefix(EVIDENCE): value for key, value in root.attrs.items() if key.startswith(EVIDENCE)}
+    rows = [[text, html.number(float(found[key]), 4)] for key, text in MEANING.items() if key in found]
+    listing = html.table("Evidence of the verdict", ["quantity", "value"], rows, numbers=[1])
+    none = html.tag("p", "The motion has no verdict.")
+    evidence = html.section("Evidence", listing if rows else none, anchor="evidence")
+    return html.tag("main", why, picture, _exponents(root), evidence, versions, id="top")
 
 
 def _exponents(root: xr.Dataset) -> html.Markup:
@@ -107,14 +106,3 @@ def _exponents(root: xr.Dataset) -> html.Markup:
 
 def _with_error(value: float, error: float) -> str:
     return f"{value:.4g} \u00b1 {error:.2g}" if np.isfinite(error) else f"{value:.4g}"
-
-
-def _evidence(root: xr.Dataset) -> html.Markup:
-    """Table of the numbers on which the verdict rests."""
-    found = {key.removeprefix(EVIDENCE): value for key, value in root.attrs.items() if key.startswith(EVIDENCE)}
-    rows: list[list[html.Content]] = []
-    rows += [[text, html.number(float(found[key]), 4)] for key, text in MEANING.items() if key in found]
-    if not rows:
-        return html.section("Evidence", html.tag("p", "The motion has no verdict."), anchor="evidence")
-    listing = html.table("Evidence of the verdict", ["quantity", "value"], rows, numbers=[1])
-    return html.section("Evidence", listing, anchor="evidence")

@@ -187,14 +187,9 @@ def palette() -> str:
 
 
 def document(
-    title: str,
-    body: Markup,
-    scripts: tuple[str, ...],
-    data: dict[str, Any],
-    *,
-    own: tuple[str, str] = ("", ""),
+    title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any], *, own: tuple[str, str] = ("", ""),
     network: str = "",
-) -> str:
+) -> str:  # fmt: skip
     """Text of a page, with scripts after the common ones, and plain values for them."""
     # `own` are the texts of a style and of a script of this page alone; `network` is the one address that scripts may
     # reach.
@@ -202,26 +197,14 @@ def document(
     texts = [*(asset(name) for name in (*COMMON, *scripts)), own[1]]
     program = "\n".join(['"use strict";(function () {', *texts, "})();"])
     codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
-    content = tag(
-        "html",
-        tag(
-            "head",
-            tag("meta", charset="utf-8"),
-            tag("meta", http_equiv="Content-Security-Policy", content=policy(style, codes, network)),
-            tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
-            tag("meta", name_="color-scheme", content="light dark"),
-            tag("title", title),
-            Markup(f"<style>{style}</style>"),
-        ),
-        tag(
-            "body",
-            body,
-            Markup(f'<script type="application/json" id="data">{embedded(data)}</script>'),
-            *(Markup(f"<script>{code}</script>") for code in codes),
-        ),
-        lang="en",
-    )
-    return f"<!DOCTYPE html>\n{content}\n"
+    told = {"viewport": "width=device-width, initial-scale=1", "color-scheme": "light dark"}
+    metas = [tag("meta", charset="utf-8")]
+    metas += [tag("meta", http_equiv="Content-Security-Policy", content=policy(style, codes, network))]
+    metas += [tag("meta", name_=name, content=text) for name, text in told.items()]
+    head = tag("head", *metas, tag("title", title), Markup(f"<style>{style}</style>"))
+    values = Markup(f'<script type="application/json" id="data">{embedded(data)}</script>')
+    whole = tag("body", body, values, *(Markup(f"<script>{code}</script>") for code in codes))
+    return f"<!DOCTYPE html>\n{tag('html', head, whole, lang='en')}\n"
 
 
 def policy(style: str, codes: list[str], network: str = "") -> str:
@@ -253,14 +236,9 @@ def _finite(value: Any) -> Any:
 
 
 def write_page(
-    path: Path,
-    heading: str,
-    key_numbers: Markup,
-    links: Mapping[str, str],
-    main: Markup,
-    scripts: tuple[str, ...],
+    path: Path, heading: str, key_numbers: Markup, links: Mapping[str, str], main: Markup, scripts: tuple[str, ...],
     data: dict[str, Any],
-) -> Path:
+) -> Path:  # fmt: skip
     """Write a whole page or none: title, theme, numbers, links by anchor, main part; scripts as of `document`."""
     switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
     anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]

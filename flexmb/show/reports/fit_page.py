@@ -33,8 +33,7 @@ def write_fit(fit: Fit, path: Path, signals: Sequence[str] | None, title: str | 
     head = html.joined([html.state_of("" if fit.ok else "not converged", html.tag("span", text)), notes])
     settings = html.section("Settings and versions", html.facts(fit.about.items()), anchor="settings")
     main = html.tag("main", _parameters(fit, units), _residuals(fit, names), settings, id="top")
-    heading = fit.about["mechanism"] if title is None else title
-    return html.write_page(path, heading, head, LINKS, main, SCRIPTS, data)
+    return html.write_page(path, fit.about["mechanism"] if title is None else title, head, LINKS, main, SCRIPTS, data)
 
 
 def _parameters(fit: Fit, units: dict[str, str]) -> html.Markup:

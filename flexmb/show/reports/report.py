@@ -26,14 +26,9 @@ ENDINGS = {".html", ".htm"}
 
 @arguments.checked
 def report(
-    result: Solution | ChaosReport | Fit | xr.Dataset,
-    path: str | Path,
-    *,
-    mechanism: Mechanism | None = None,
-    frames: int = MOST_FRAMES,
-    signals: Sequence[str] | None = None,
-    title: str | None = None,
-) -> Path:
+    result: Solution | ChaosReport | Fit | xr.Dataset, path: str | Path, *, mechanism: Mechanism | None = None,
+    frames: int = MOST_FRAMES, signals: Sequence[str] | None = None, title: str | None = None,
+) -> Path:  # fmt: skip
     """One HTML page with the moving mechanism, plots, contacts, energies, parts, examination and settings of a run.
 
     The page is one file that needs no network and forbids any; all browsers since 2023 show it.  A bifurcation diagram
@@ -69,7 +64,11 @@ def report(
         checks.instance("report", "mechanism", mechanism, Mechanism, "a Mechanism")
     most = checks.count("report", "frames", frames, 2)
     if isinstance(result, Solution):
-        _check_mechanism(result, mechanism)
+        moved = {part["name"] for part in result.described().get("parts", ())}
+        if mechanism is not None and moved and moved != set(mechanism.names):
+            others = ", ".join(sorted(moved ^ set(mechanism.names))[:5])
+            text = f"report: {mechanism.label} is not the one that moved in the solution of {result.name!r}:"
+            raise InputError(f"{text} {others} stand in one of them only. Give the mechanism of this run, or none.")
         return write_run(result, target, mechanism, most, signals, title)
     if isinstance(result, ChaosReport):
         return write_chaos(result.groups, target, signals, title)
@@ -84,14 +83,3 @@ def report(
         return write_chaos({"": result}, target, signals, title)
     wanted = "a Solution, or the dataset of a diagram (fm.bifurcation) or of `flexmb chaos`, or a Fit"
     raise InputError(f"report: result is {type(result).__name__}; it must be {wanted}.")
-
-
-def _check_mechanism(sol: Solution, mechanism: Mechanism | None) -> None:
-    """Refuse a mechanism with other parts than the one that moved."""
-    moved = {part["name"] for part in sol.described().get("parts", ())}
-    if mechanism is None or not moved or moved == set(mechanism.names):
-        return
-    others = sorted(moved ^ set(mechanism.names))
-    text = f"report: {mechanism.label} is not the one that moved in the solution of {sol.name!r}:"
-    text += f" {', '.join(others[:5])} stand in one of them only."
-    raise InputError(f"{text} Give the mechanism of this run, or none.")

@@ -3,7 +3,7 @@
 import platform
 import shlex
 from collections.abc import Mapping
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -57,9 +57,12 @@ def chosen_names(sol: Solution, signals: Any) -> list[str]:
         plain = [name for name in sol.names if name.count(".") < NODE_DOTS]
         bodies = {name.rpartition(".")[0] for name in plain if name.endswith(".alpha")}
         energies = [name for name in plain if name.startswith("energy.")]
-        of_parts = [name for name in plain if name.rpartition(".")[0] not in {*bodies, "energy"}]
-        names = [*main_signals(sol), *energies, *_in_turn(of_parts), *plain]
-        return list(dict.fromkeys(names))[:MOST_CURVES]
+        of_parts: dict[str, list[str]] = {}
+        for name in plain:
+            of_parts.setdefault(name.rpartition(".")[0], []).append(name)
+        others = (own for part, own in of_parts.items() if part not in {*bodies, "energy"})
+        in_turn = [name for row in zip_longest(*others) for name in row if name]
+        return list(dict.fromkeys([*main_signals(sol), *energies, *in_turn, *plain]))[:MOST_CURVES]
     if isinstance(signals, str):
         raise InputError(f"report: signals is {signals!r}; it must be a list of names, e.g. [{signals!r}].")
     found: dict[str, None] = {}
@@ -69,15 +72,6 @@ def chosen_names(sol: Solution, signals: Any) -> list[str]:
     if len(found) > MOST_CHOSEN:
         raise InputError(f"report: signals are {len(found)} signals; a page holds {MOST_CHOSEN} at most. Choose fewer.")
     return list(found)
-
-
-def _in_turn(names: list[str]) -> list[str]:
-    """Names ordered so that the first signal of every part comes before the second one of any part."""
-    parts: dict[str, list[str]] = {}
-    for name in names:
-        parts.setdefault(name.rpartition(".")[0], []).append(name)
-    longest = max(map(len, parts.values()), default=0)
-    return [own[k] for k in range(longest) for own in parts.values() if k < len(own)]
 
 
 def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any]:
@@ -145,16 +139,13 @@ def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
         if clearance is None:
             continue
         pair = np.stack([sol.array(f"{joint}.ex"), sol.array(f"{joint}.ey")], axis=1)
-        depth, force = (_column(sol, f"{joint}.{name}") for name in ("penetration", "normal_force"))
+        names = f"{joint}.penetration", f"{joint}.normal_force"
+        depth, force = (np.nan_to_num(sol.array(x)) if x in sol else np.zeros(len(sol.time)) for x in names)
         now = np.column_stack([pair[frames], depth[frames], force[frames]])
         touching = "".join("1" if x > 0.0 else "0" for x in depth[every])
         path = {"path": quantised(pair[every], MIDDLE), "touching": touching}
         found.append({"joint": joint, "clearance": clearance, "now": floats(now), **path})
     return found
-
-
-def _column(sol: Solution, name: str) -> np.ndarray:
-    return np.nan_to_num(sol.array(name)) if name in sol else np.zeros(len(sol.time))
 
 
 def _joint(sol: Solution, joint: str) -> Markup:
@@ -248,13 +239,12 @@ def _check_section(report: Report | str) -> Markup:
         return section("Examination", tag("p", report), anchor="check")
     counts = [(sum(f.severity == severity for f in report.findings), severity) for severity in SEVERITIES]
     words = ", ".join(f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count)
+    frequencies = ", ".join(number(f, 4) for f in report.frequencies) + " Hz" if report.frequencies else "none"
     rows: list[tuple[str, Content]] = [
         ("findings", words or "nothing to remark"),
         ("degrees of freedom", f"{report.freedom} (rigid bodies, clearances closed), {report.free} not driven"),
         ("equations", f"{report.coordinates} coordinates, {report.rows} constraint rows"),
-        ("natural frequencies", ", ".join(number(f, 4) for f in report.frequencies) + " Hz")
-        if report.frequencies
-        else ("natural frequencies", "none"),
+        ("natural frequencies", frequencies),
     ]
     found = [[tag("span", f.severity, class_=f"badge {f.severity}"), f.code, f.text, f.remedy] for f in report.findings]
     heads = ["severity", "code", "finding", "remedy"]
@@ -262,17 +252,6 @@ def _check_section(report: Report | str) -> Markup:
 
 
 CAPTION = "Energies [J] at the first and the last saved instant, and their largest absolute values"
-
-
-def peaks_table(sol: Solution, names: list[str]) -> Markup:
-    """Largest absolute values of signals over all accepted steps."""
-    rows: list[list[Content]] = []
-    for name in names:
-        peak = sol.peak(name)
-        go = tag("button", number(peak.time), type="button", class_="go", data_time=repr(peak.time))
-        rows.append([name, number(peak.value), pretty(sol.units(name)), go])
-    heads = ["signal", "largest absolute value", "unit", "at t [s]"]
-    return table("Largest absolute values of all accepted steps", heads, rows, numbers=[1])
 
 
 def energy_section(sol: Solution) -> Markup | None:
@@ -291,21 +270,6 @@ def energy_section(sol: Solution) -> Markup | None:
         share = tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
     plot = tag("div", class_="plots", id="energy-plots")
     return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
-
-
-def settings_section(sol: Solution, frames: int) -> Markup:
-    """Section of settings, versions and the command of a run."""
-    model = dict(sol.model)
-    command = model.pop("command", None)
-    words = command if isinstance(command, list) else [command]
-    typed = shlex.join(["flexmb", *map(str, words)])
-    rows: list[tuple[str, Content]] = [("command", tag("code", typed))] if command else []
-    rows += [("mechanism", sol.name), ("frames here", f"{frames} of {len(sol.time)} saved instants")]
-    rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
-    written = model.get("flexmb", model.get("version", "unknown"))
-    here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
-    rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
-    return section("Settings and versions", facts(rows), anchor="settings")
 
 
 def _short(value: Any) -> str:
@@ -349,7 +313,18 @@ def write_run(
     heading = sol.name if title is None else title
     shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, fields=fields_of(moving))
     description = described(known) if known is not None else dict(sol.description)
-    sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
+    # Settings, versions and the command of the run
+    model = dict(sol.model)
+    command = model.pop("command", None)
+    typed = shlex.join(["flexmb", *map(str, command if isinstance(command, list) else [command])])
+    rows: list[tuple[str, Content]] = [("command", tag("code", typed))] if command else []
+    rows += [("mechanism", sol.name), ("frames here", f"{len(instants)} of {len(sol.time)} saved instants")]
+    rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
+    written = model.get("flexmb", model.get("version", "unknown"))
+    here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
+    rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
+    settings = section("Settings and versions", facts(rows), anchor="settings")
+    sections = joined([_body(sol, shown, known, description), settings])
     page = tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
     return write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
@@ -362,16 +337,21 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
     hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
     more = tag("div", select, tag("p", hint, class_="hint"), class_="more")
     plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, more, class_="signals")
-    names, joints = [name for name in main_signals(sol) if name in sol], joints_with_contacts(sol)
+    largest = []
+    for name in (name for name in main_signals(sol) if name in sol):
+        peak = sol.peak(name)
+        go = tag("button", number(peak.time), type="button", class_="go", data_time=repr(peak.time))
+        largest.append([name, number(peak.value), pretty(sol.units(name)), go])
+    heads = ["signal", "largest absolute value", "unit", "at t [s]"]
+    peaks = table("Largest absolute values of all accepted steps", heads, largest, numbers=[1])
+    joints = [_joint(sol, joint) for joint in joints_with_contacts(sol)]
     rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
     notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
     return joined(
         [
             tag("div", moving, plots, class_="stage"),
-            section("Largest values", peaks_table(sol, names), anchor="peaks") if names else None,
-            section("Joints with clearance", *(_joint(sol, joint) for joint in joints), anchor="clearances")
-            if joints
-            else None,
+            section("Largest values", peaks, anchor="peaks") if largest else None,
+            section("Joints with clearance", *joints, anchor="clearances") if joints else None,
             energy_section(sol),
             section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics"),
             _model_section(sol, description),

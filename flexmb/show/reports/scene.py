@@ -13,7 +13,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, Surface, nearest_instants, parts, pose
-from flexmb.results.positions import FlexibleMotion, flexible_motions
+from flexmb.results.positions import flexible_motions
 from flexmb.results.solution import Solution
 from flexmb.results.stress import of_beams
 from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, document, instants, joined, quantised, tag
@@ -38,23 +38,6 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
 MOST_POINTS = 1500  # mesh points of a page, about, whose stress is shown; of a finer mesh some points stand for all
 LOOP_POINTS = 160  # largest number of points of an outline or of a hole, about
 WIDER = 1.1  # factor by which the squares grow, in each of which one point is kept, until there are few enough
-
-
-def _mesh(body: FlexibleMotion, surface: Surface, frame: int, most: int) -> dict[str, Any]:
-    """A mesh for the page, with about `most` points with a stress; `frame` is the number of the motion's frame."""
-    kept, triangles, loops = coarse(surface, most)
-    points, reference = surface.points[:, kept], np.array(surface.shape.points)[kept]
-    weights, shapes = body.deformation(points, reference)
-    found: dict[str, Any] = {
-        "part": body.part, "frame": frame, "points": quantised(reference, FINE),
-        "triangles": triangles.ravel().tolist(), "loops": [loop.tolist() for loop in loops],
-        "largest": float(np.abs(body.seen(points) - reference).max(initial=0.0)),
-        "weights": quantised(weights, FINE),
-        "shapes": quantised(shapes.transpose(2, 1, 0).reshape(-1, len(shapes)), FINE),
-    }  # fmt: skip
-    if surface.has_stress:
-        found["stress"] = quantised(surface.von_mises[:, kept], COARSE, common=True)
-    return found
 
 
 def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
@@ -154,10 +137,18 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
         "symbols": [s for s in (_symbol(nodes, shape) for shape in sol.shapes) if s is not None],
     }
     stress = stresses(sol, mechanism, instants)
-    fields = _section_forces(sol, instants)
+    fields: dict[str, Any] = {}
+    if beams:  # bending moments [N m] and axial forces [N] at both ends of all elements
+        lines = [line for line in drawing.lines(sol, instants, 2) if line.is_beam]
+        for key, name in (("moment", "bending_moment"), ("axial", "axial_force")):
+            fields[key] = quantised(np.concatenate([b.fields[name] for b in lines], axis=1), COARSE, common=True)
     if stress is not None:
         fields["stress"] = quantised(stress, COARSE, common=True)
-    return {**drawn, **nodes.packed(), **fields, **_joint_forces(sol, instants)}
+    forced = [part for part in dict.fromkeys(s.part for s in points) if f"{part}.fx" in sol and f"{part}.fy" in sol]
+    if forced:  # forces on the second bodies of joints [N], two columns for each
+        columns = [sol.array(f"{part}.{axis}")[instants] for part in forced for axis in ("fx", "fy")]
+        fields |= {"forced": forced, "forces": quantised(np.nan_to_num(np.stack(columns, axis=1)), MIDDLE)}
+    return {**drawn, **nodes.packed(), **fields}
 
 
 def scene_or_reason(
@@ -175,18 +166,29 @@ def scene_or_reason(
 def fields_of(drawn: Mapping[str, Any]) -> list[str]:
     """Fields by which the bodies of a result of `scene` can be coloured: "moment", "axial", "stress"."""
     found = [field for field in ("moment", "axial", "stress") if field in drawn]
-    of_meshes = any("stress" in mesh for mesh in drawn["meshes"])
-    return [*found, "stress"] if of_meshes and "stress" not in found else found
+    return [*found, "stress"] if any("stress" in mesh for mesh in drawn["meshes"]) and "stress" not in found else found
 
 
 def _meshes(nodes: Nodes) -> list[dict[str, Any]]:
     """Meshes of the flexible bodies; each has its share of the points of a page."""
-    shapes = [shape for shape in nodes.sol.shapes if isinstance(shape, MeshShape)]
-    total, found = sum(len(shape.points) for shape in shapes), []
-    for shape in shapes:
+    meshes = [shape for shape in nodes.sol.shapes if isinstance(shape, MeshShape)]
+    total, found = sum(len(shape.points) for shape in meshes), []
+    for shape in meshes:
         frame, body = nodes.bodies[shape.part]
-        moved = drawing.surface(nodes.sol, shape, nodes.instants)
-        found.append(_mesh(body, moved, frame, MOST_POINTS * len(shape.points) // total))
+        surface = drawing.surface(nodes.sol, shape, nodes.instants)
+        kept, triangles, loops = coarse(surface, MOST_POINTS * len(shape.points) // total)
+        points, reference = surface.points[:, kept], np.array(shape.points)[kept]
+        weights, shapes = body.deformation(points, reference)
+        mesh: dict[str, Any] = {
+            "part": body.part, "frame": frame, "points": quantised(reference, FINE),
+            "triangles": triangles.ravel().tolist(), "loops": [loop.tolist() for loop in loops],
+            "largest": float(np.abs(body.seen(points) - reference).max(initial=0.0)),
+            "weights": quantised(weights, FINE),
+            "shapes": quantised(shapes.transpose(2, 1, 0).reshape(-1, len(shapes)), FINE),
+        }  # fmt: skip
+        if surface.has_stress:
+            mesh["stress"] = quantised(surface.von_mises[:, kept], COARSE, common=True)
+        found.append(mesh)
     return found
 
 
@@ -206,26 +208,6 @@ def _symbol(nodes: Nodes, shape: object) -> dict[str, Any] | None:
     if isinstance(shape, CircleShape):
         return {"part": shape.part, "kind": "circle", "at": nodes.at(shape.at), "radius": shape.radius}
     return None
-
-
-def _section_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
-    """Bending moments [N m] and axial forces [N] at both ends of all beam elements, in the order of the shapes."""
-    if not any(isinstance(shape, BeamShape) for shape in sol.shapes):
-        return {}
-    beams = [line for line in drawing.lines(sol, instants, 2) if line.is_beam]
-    fields = {"moment": "bending_moment", "axial": "axial_force"}
-    stacked = {key: np.concatenate([b.fields[name] for b in beams], axis=1) for key, name in fields.items()}
-    return {key: quantised(values, COARSE, common=True) for key, values in stacked.items()}
-
-
-def _joint_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
-    """Forces on the second bodies of joints [N]: names, and two columns for each of them."""
-    points = dict.fromkeys(s.part for s in sol.shapes if isinstance(s, PointShape))
-    names = [name for name in points if f"{name}.fx" in sol and f"{name}.fy" in sol]
-    if not names:
-        return {}
-    columns = [sol.array(f"{name}.{axis}")[instants] for name in names for axis in ("fx", "fy")]
-    return {"forced": names, "forces": quantised(np.nan_to_num(np.stack(columns, axis=1)), MIDDLE)}
 
 
 MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")  # of displacements of flexible parts

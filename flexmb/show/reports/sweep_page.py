@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.display import pretty
 from flexmb.errors import InputError
 from flexmb.late import xr
-from flexmb.show.pictures.diagrams import VERDICT_COLOURS, default_signal, entry_of
+from flexmb.show.pictures.diagrams import VERDICT_COLOURS, by_direction, default_signal, entry_of
 from flexmb.show.reports import document as html
 
 SCRIPTS = ("diagram.js", "sweep.js")
@@ -63,10 +63,7 @@ def point_file(parameter: str, value: float) -> str:
 def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
     """Finished points of all directions, with verdict, status, and the report of the run where there is one."""
     parameter, found = diagram.attrs["parameter"], []
-    several = "direction" in diagram.dims
-    directions = [str(name) for name in diagram["direction"].values] if several else [diagram.attrs["direction"]]
-    for d, direction in enumerate(directions):
-        part = diagram.isel(direction=d) if several else diagram
+    for direction, part in by_direction(diagram):
         for k, value in enumerate(part[parameter].values):
             status = str(part["status"].values[k])
             if not status:
@@ -86,15 +83,15 @@ def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
 
 def _points(diagram: xr.Dataset, name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Section points of a signal, a column for each row."""
-    values = diagram[name].values
-    directions = list(diagram["direction"].values) if "direction" in diagram.dims else []
-    columns = [values[directions.index(r["direction"]), r["place"]] if directions else values[r["place"]] for r in rows]
-    shown = [column if row["ok"] else np.full_like(column, np.nan) for column, row in zip(columns, rows, strict=True)]
+    values = {direction: part[name].values for direction, part in by_direction(diagram)}
+    columns = ((values[row["direction"]][row["place"]], row["ok"]) for row in rows)
+    shown = [column if ok else np.full_like(column, np.nan) for column, ok in columns]
     return {"name": name, "unit": diagram[name].attrs.get("units", ""), "points": html.floats(np.stack(shown, axis=1))}
 
 
 def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
-    label = f"Bifurcation diagram over {diagram.attrs['parameter']}; the table of values holds the same in words."
+    parameter = diagram.attrs["parameter"]
+    label = f"Bifurcation diagram over {parameter}; the table of values holds the same in words."
     canvas = html.tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
     choice = html.tag("label", "Signal", html.Markup(" "), html.tag("select", id="signal"))
     controls = html.tag("div", choice, html.tag("button", "Fit", type="button", id="fit"), class_="row")
@@ -103,12 +100,7 @@ def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
     picture = html.section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
     listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
     settings = html.section("Settings", html.facts(listed), anchor="settings")
-    return html.tag("main", picture, _values(diagram, rows), settings, id="top")
-
-
-def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
-    """Table of the verdicts of all values."""
-    parameter = diagram.attrs["parameter"]
+    # Table of the verdicts of all values
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
     cells: list[list[html.Content]] = []
     for row in rows:
@@ -118,4 +110,5 @@ def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
         cells.append([value, row["direction"], row["verdict"], exponent, row["status"], link])
     head = f"{parameter} [{pretty(unit)}]" if unit else parameter
     heads = [head, "direction", "verdict", "exponent [1/s]", "status", "run"]
-    return html.section("Values", html.table("Verdicts of all values", heads, cells, numbers=[3]), anchor="values")
+    listing = html.table("Verdicts of all values", heads, cells, numbers=[3])
+    return html.tag("main", picture, html.section("Values", listing, anchor="values"), settings, id="top")
