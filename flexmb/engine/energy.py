@@ -17,13 +17,7 @@ import numpy as np
 
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.lanes import LANES
-from flexmb.engine.state.flow import (
-    CONTACT_MEMORY_SIZE,
-    MEMORY_BY_FRICTION,
-    MEMORY_BY_NORMAL,
-    MEMORY_NORMAL,
-    EnergyBalance,
-)
+from flexmb.engine.state import flow as state
 from flexmb.engine.state.record import ENERGY_LOST, ENERGY_MADE, ENERGY_MISSING, NOT_FINITE, RUNNING
 from flexmb.engine.system import work as columns
 from flexmb.engine.system.contacts import call_gap, call_normal, jacobians
@@ -48,25 +42,25 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         loss, contact = work.loss[c], work.contact[c]
-        k = CONTACT_MEMORY_SIZE * c
-        memory = part_of(flow.memory, k, k + CONTACT_MEMORY_SIZE)
+        k = state.CONTACT_MEMORY_SIZE * c
+        memory = part_of(flow.memory, k, k + state.CONTACT_MEMORY_SIZE)
         N, T = contact[NORMAL_FORCE], contact[FRICTION_FORCE]
         touched = N != 0.0 or T != 0.0
-        for i in range(1, CONTACT_MEMORY_SIZE):
+        for i in range(1, state.CONTACT_MEMORY_SIZE):
             touched = touched or memory[i] != 0.0
-        for i in range(columns.LOSS_MEMORY + CONTACT_MEMORY_SIZE):
+        for i in range(columns.LOSS_MEMORY + state.CONTACT_MEMORY_SIZE):
             loss[i] = 0.0
         if touched:
             jacobians(contact, work.contact_scratch)
             normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
-            now = part_of(loss, columns.LOSS_MEMORY, columns.LOSS_MEMORY + CONTACT_MEMORY_SIZE)
-            now[MEMORY_NORMAL] = N
+            now = part_of(loss, columns.LOSS_MEMORY, columns.LOSS_MEMORY + state.CONTACT_MEMORY_SIZE)
+            now[state.MEMORY_NORMAL] = N
             for i in range(6):
                 way = q1[dofs[i]] - flow.q[dofs[i]]
-                now[MEMORY_BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]
-                now[MEMORY_BY_FRICTION + i] = T * work.contact_scratch[TANGENTIAL, i]
-                normal += 0.5 * (memory[MEMORY_BY_NORMAL + i] + now[MEMORY_BY_NORMAL + i]) * way
-                friction += 0.5 * (memory[MEMORY_BY_FRICTION + i] + now[MEMORY_BY_FRICTION + i]) * way
+                now[state.MEMORY_BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]
+                now[state.MEMORY_BY_FRICTION + i] = T * work.contact_scratch[TANGENTIAL, i]
+                normal += 0.5 * (memory[state.MEMORY_BY_NORMAL + i] + now[state.MEMORY_BY_NORMAL + i]) * way
+                friction += 0.5 * (memory[state.MEMORY_BY_FRICTION + i] + now[state.MEMORY_BY_FRICTION + i]) * way
             if h > 0.0:
                 by_law = _loss_by_law(tables, address, c, h, flow, q1, v1, work)
                 loss[columns.LOSS_NORMAL], loss[columns.LOSS_FRICTION] = by_law, -friction
@@ -76,9 +70,10 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
 @compiled
 def _loss_by_law(tables, address, c, h, flow, q1, v1, work):
     """Loss of contact c by its normal law, over the fraction of the step with closed contact [J]."""
-    K = tables.contacts
-    k, contact = K.z[c, COMMON_Z], work.contact[c]
-    begin, end = _contact_part(h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE])
+    k, contact = tables.contacts.z[c, COMMON_Z], work.contact[c]
+    gap0, rate0, gap1, rate1 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE]
+    begin = crossing(h, gap0, rate0, gap1, rate1) if gap0 > 0.0 >= gap1 else 0.0
+    end = crossing(h, -gap0, -rate0, -gap1, -rate1) if gap0 < 0.0 < gap1 else 1.0
     half, loss, gap = 0.5 * (end - begin), 0.0, work.gap
     for point in range(2):
         s = begin + half + (2 * point - 1) * GAUSS_POINT * (end - begin)
@@ -102,16 +97,6 @@ def gap_within(tables, address, c, s, h, flow, q1, v1, work):
     for i in range(GAP_SIZE):
         gap[i] = 0.0
     call_gap(tables, address, c, work.ql, work.vl, gap)
-
-
-@compiled
-def _contact_part(h, gap0, rate0, gap1, rate1):
-    """Begin and end of closed contact within a step, as fractions of it; (0, 1) without onset and separation."""
-    if gap0 > 0.0 >= gap1:
-        return crossing(h, gap0, rate0, gap1, rate1), 1.0
-    if gap0 < 0.0 < gap1:
-        return 0.0, crossing(h, -gap0, -rate0, -gap1, -rate1)
-    return 0.0, 1.0
 
 
 # Balance of energies: stored energies, works of drives and loads, losses in laws and in the method, residual
@@ -154,13 +139,12 @@ def complete_algorithm_work(n, flow, trial, work):
     # Equation (7.2) of docs/theory/energy.md.
     total = work.power.algorithm
     for i in range(n):
-        bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
-        total += bow * (work.momentum[i] - flow.momentum[i])
+        total += (trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])) * (work.momentum[i] - flow.momentum[i])
         flow.momentum[i] = work.momentum[i]
     work.power.algorithm = total
 
 
-def start_balance(ledger: np.ndarray, balance: EnergyBalance) -> None:
+def start_balance(ledger: np.ndarray, balance: state.EnergyBalance) -> None:
     """Start the balance with the energies of the present state."""
     balance.stored_at_start, balance.gravity_at_start = ledger[:3].sum(), ledger[GRAVITY]
     balance.supplied, balance.gravity_change, ledger[RESIDUAL] = abs(ledger[KINETIC]) + abs(ledger[STRAIN]), 0.0, 0.0
@@ -176,7 +160,7 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
     ledger[DAMPING] += damped
     ledger[ALGORITHM] += work.power.algorithm + beyond
     turned += abs(damped) + _contact_losses(ledger, balance, memory, work)
-    k = CONTACT_MEMORY_SIZE * work.contact.shape[0]
+    k = state.CONTACT_MEMORY_SIZE * work.contact.shape[0]
     brought = _drive_work(tables, h, k, ledger, memory, work)
     k += 2 * work.drive.shape[0]
     turned += _joint_friction_loss(tables, h, k, ledger, memory, work)
@@ -211,7 +195,7 @@ def count_step(tables, q, balance, work):
         far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
         force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])
     for c in range(work.contact.shape[0]):
-        force += abs(work.loss[c, columns.LOSS_MEMORY + MEMORY_NORMAL])
+        force += abs(work.loss[c, columns.LOSS_MEMORY + state.MEMORY_NORMAL])
     for i in range(work.load.shape[0]):
         force += abs(work.load[i])
     balance.round_off += COORDINATE_ROUND_OFF * (force * far_x + moment * far_t)
@@ -230,8 +214,8 @@ def _contact_losses(ledger, balance, memory, work):
         turned += abs(normal) + abs(friction)
         balance.lost_in_contacts += beyond
         balance.supplied += max(-friction, 0.0)  # a belt
-        k = CONTACT_MEMORY_SIZE * c
-        for i in range(CONTACT_MEMORY_SIZE):
+        k = state.CONTACT_MEMORY_SIZE * c
+        for i in range(state.CONTACT_MEMORY_SIZE):
             memory[k + i] = loss[columns.LOSS_MEMORY + i]
     balance.through_contacts += turned
     return turned
@@ -301,16 +285,14 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
     balance.damping_power = now
     if h == 0.0 or (before == 0.0 and now == 0.0):
         return 0.0, 0.0
-    E, took, beyond, rate = tables.elements, 0.0, 0.0, 1.0 / h
-    done = 0
+    E, took, beyond, rate, done = tables.elements, 0.0, 0.0, 1.0 / h, 0
     for e in range(E.p.shape[0]):
         if E.energy[e] < 0 or e < done:
             continue
-        four = E.fours[e, FOUR_DAMPINGS]
+        four, own = E.fours[e, FOUR_DAMPINGS], E.dof[e + 1] - E.dof[e]
         lanes = LANES if four >= 0 else 1
-        last = e + lanes - 1
-        dofs, own, done = part_of(E.dofs, E.dof[e], E.dof[last + 1]), E.dof[e + 1] - E.dof[e], last + 1
-        n = own * lanes
+        n, last, done = own * lanes, e + lanes - 1, e + lanes
+        dofs = part_of(E.dofs, E.dof[e], E.dof[done])
         for lane in range(lanes):
             for i in range(own):
                 k, place = dofs[lane * own + i], i * lanes + lane
@@ -320,8 +302,7 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
         if E.damping[e] >= 0:
             p, q = part_of(tables.p, E.p[e, BEGIN], E.p[last, END]), part_of(work.ql, 0, n)
             v, b = part_of(work.vl, 0, n), part_of(work.yl, 0, n)
-            kernel = damping_at(address.damping, four if four >= 0 else E.damping[e])
-            along, across = kernel(p, t - 0.5 * h, q, v, b)
+            along, across = damping_at(address.damping, four if four >= 0 else E.damping[e])(p, t - 0.5 * h, q, v, b)
         else:
             along, across = _powers_by_energies(tables, address, t - 0.5 * h, e, n, work)
         took += along
@@ -376,9 +357,7 @@ def check_balance(ledger, balance):
         return ENERGY_MISSING
     if taken < -ALGORITHM_LIMIT * level:
         return ENERGY_MADE
-    if taken > ALGORITHM_LIMIT * scale:
-        return ENERGY_LOST
-    return RUNNING
+    return ENERGY_LOST if taken > ALGORITHM_LIMIT * scale else RUNNING
 
 
 def idle_energy(bodies: np.ndarray, groups: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
@@ -392,7 +371,7 @@ def idle_energy(bodies: np.ndarray, groups: np.ndarray, before: np.ndarray, afte
     return 0.0 if kept.all() else float(old[kept].sum())
 
 
-def check_balance_at_end(ledger: np.ndarray, balance: EnergyBalance) -> int:
+def check_balance_at_end(ledger: np.ndarray, balance: state.EnergyBalance) -> int:
     """Check of the balance at the end of a run, contacts included; within an impact its first step would dominate."""
     code = int(check_balance(ledger, balance))
     through = balance.through_contacts + LEAST_CONTACT_FRACTION * energy_scale(ledger, balance)

@@ -16,16 +16,7 @@ from flexmb.arguments import checked
 from flexmb.engine.compiled.code_cache import ours
 from flexmb.errors import USER_ERRORS, InputError, KernelError, ModelError
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contributions,
-    ControlContribution,
-    ElementContribution,
-    MotionInput,
-    RowMotion,
-    node_coordinates,
-)
+from flexmb.model import contributions as model
 from flexmb.model.law import Law, Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import LateShapes, Shapes
@@ -41,13 +32,13 @@ RETURNED = dict.fromkeys(("energy", "account", "normal", "friction", "motion"), 
 RETURNED |= {"damping": 2, "signal": 1, "extremum": 2}
 
 
-def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
+def call_each_kernel(contributions: model.Contributions, number: Numbering) -> None:
     """Call every kernel once with the parameters of its part in the reference configuration."""
     # A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again. A
     # `KernelError` on wrong unpacking or indexing, or results that are not finite, names part, kernel and remedy.
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[Any, ...]] = set()
-    distinct: dict[tuple[Any, ...], ElementContribution] = {}  # by kernels and numbers of parameters
+    distinct: dict[tuple[Any, ...], model.ElementContribution] = {}  # by kernels and numbers of parameters
     for e in contributions.elements:
         kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.damping, e.factor and e.factor.kernel
         distinct.setdefault((*map(id, kernels), len(e.p), e.factor and len(e.factor.parameters())), e)
@@ -83,7 +74,7 @@ _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kerne
 def _kernels_of(contribution: Any) -> list[KernelCall]:
     """All kernels of a piece with their numbers."""
     found: list[KernelCall]
-    if isinstance(contribution, ElementContribution):
+    if isinstance(contribution, model.ElementContribution):
         found = [(contribution.kernel, contribution.p, contribution.history, "element")]
         if contribution.energy is not None:
             found.append((contribution.energy, contribution.p, (), "element"))
@@ -91,17 +82,17 @@ def _kernels_of(contribution: Any) -> list[KernelCall]:
             (kernel, contribution.p, contribution.history, "element") for kernel in contribution.short_ways if kernel
         ]
         return found if contribution.factor is None else [*found, _law(contribution.factor)]
-    if isinstance(contribution, ConstraintContribution):
+    if isinstance(contribution, model.ConstraintContribution):
         motions = [_law(row.motion) for row in contribution.motions]
         found = [(contribution.kernel, contribution.p, (), "constraint"), *motions]
         if contribution.joint_friction is not None:
             rubbing = contribution.joint_friction
             found += [(rubbing.kernel, rubbing.p, (), "joint_friction"), _law(rubbing.friction)]
         return found
-    if isinstance(contribution, ContactContribution):
+    if isinstance(contribution, model.ContactContribution):
         return [(contribution.gap, contribution.p, (), "gap"), _law(contribution.normal), _law(contribution.friction)]
-    if isinstance(contribution, ControlContribution):
-        motions = [_law(wanted.motion) for wanted in contribution.inputs if isinstance(wanted, MotionInput)]
+    if isinstance(contribution, model.ControlContribution):
+        motions = [_law(wanted.motion) for wanted in contribution.inputs if isinstance(wanted, model.MotionInput)]
         return [(contribution.kernel, contribution.p, contribution.start, "control"), *motions]
     return [(contribution.kernel, contribution.p, (), "signal")]
 
@@ -153,8 +144,9 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         if kernel.contract.name == "control" and isinstance(error, (ArithmeticError, ValueError)):
             return  # inputs of 0 may be none that the mechanism has
         safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
-        text = f"{label} failed {_place(kernel)} with p = {_short(p)}: "
-        text += f"{type(error).__name__}: {error}."
+        places = {"normal": "at a penetration of 1e-6 m,", "friction": "at a slip of -1e-6 m/s and N = 1e-3 N,"}
+        place = places.get(kernel.contract.name, "in the reference configuration, at rest,")
+        text = f"{label} failed {place} with p = {_short(p)}: {type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
     if not all(np.isnan(room).all() for room in rooms):
         text = f"{label} writes beyond its arrays: it is made for more coordinates, rows or histories than the part has"
@@ -181,12 +173,6 @@ def _with_room(array: np.ndarray, rooms: list[np.ndarray]) -> np.ndarray:
     return longer[: array.size].reshape(array.shape)
 
 
-def _place(kernel: Kernel) -> str:
-    """State of a call in words."""
-    places = {"normal": "at a penetration of 1e-6 m,", "friction": "at a slip of -1e-6 m/s and N = 1e-3 N,"}
-    return places.get(kernel.contract.name, "in the reference configuration, at rest,")
-
-
 def _short(p: np.ndarray) -> str:
     shown = ", ".join(f"{x:.6g}" for x in p[:8])
     return f"({shown}{', ...' if len(p) > 8 else ''})"
@@ -208,8 +194,7 @@ def clash(program: Program) -> tuple[float, float] | None:
     """Two periods of drives without a small common multiple [s], or None."""
     known = [p for p in program.periods if p is not None]
     for period in known[1:]:
-        ratio = known[0] / period
-        near = _ratio(known[0], period)
+        ratio, near = known[0] / period, _ratio(known[0], period)
         if near == 0 or abs(float(near) - ratio) > 1e-9 * ratio:
             return known[0], period
     return None
@@ -279,7 +264,7 @@ def _without_collector() -> Iterator[None]:
             gc.enable()
 
 
-def _contributions(mechanism: Mechanism) -> Contributions:
+def _contributions(mechanism: Mechanism) -> model.Contributions:
     """All contributions to a mechanism with bodies, or an error."""
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"compile: {mechanism!r} is not a Mechanism.")
@@ -288,7 +273,7 @@ def _contributions(mechanism: Mechanism) -> Contributions:
     return mechanism.contributions()
 
 
-def _compiled(mechanism: Mechanism, contributions: Contributions, number: Numbering, shapes: Shapes) -> Program:
+def _compiled(mechanism: Mechanism, contributions: model.Contributions, number: Numbering, shapes: Shapes) -> Program:
     """Program of the contributions of a mechanism."""
     call_each_kernel(contributions, number)
     declared, others = contributions.controls, aliases(mechanism)
@@ -311,20 +296,19 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
     )  # fmt: skip
 
 
-def period_of(row: RowMotion) -> float | None:
+def period_of(row: model.RowMotion) -> float | None:
     """The period of a driven row [s]; that of a motion which goes on counts for an angle, not for a travel."""
     motion, period = row.motion, row.motion.period
     if period is None or row.units[0] == "rad":
         return period
     p = np.array(motion.parameters(), dtype=float)
     first, half, last = (motion.kernel(p, part * period)[0] for part in (0.0, 0.37, 1.0))
-    size = max(abs(first), abs(half - first))
-    return period if abs(last - first) <= 1e-9 * size else None
+    return period if abs(last - first) <= 1e-9 * max(abs(first), abs(half - first)) else None
 
 
 def chosen_contributions(
-    contributions: Contributions, *, closed: bool, start: bool, controlled: bool = False, touching: bool = False
-) -> Contributions:
+    contributions: model.Contributions, *, closed: bool, start: bool, controlled: bool = False, touching: bool = False
+) -> model.Contributions:
     """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
 
     Controls and their loads have no part in closed loops and start velocities, nor have contacts and their friction;
@@ -350,8 +334,7 @@ def chosen_contributions(
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
     """Reference configuration with start displacements, declared velocities, and histories at the start."""
     # A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
-    q = number.pose()
-    v = np.full(number.n_q, np.nan)
+    q, v = number.pose(), np.full(number.n_q, np.nan)
     owner = np.zeros(number.n_q, dtype=np.int64)
     for k, body in enumerate(mechanism.bodies):
         first, last = number.of_body[body.name]
@@ -362,11 +345,10 @@ def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarr
         if velocity is not None and np.ndim(velocity) == 2:
             v[first:last] = np.array(velocity).ravel()
         elif velocity is not None:
-            v[number.dofs(node_coordinates(body.name, body.main))] = velocity
+            v[number.dofs(model.node_coordinates(body.name, body.main))] = velocity
     v[number.n_b :], owner[number.n_b :] = 0.0, len(mechanism.bodies) + np.arange(number.n_q - number.n_b) // 3
     for controller in mechanism.controllers if number.n_q > number.n_b else ():
         control = controller.control()
         states = number.dofs(state_coordinates(control))  # none of a sampled control
         v[states[: len(control.start)]] = control.start[: len(states)]
-    turns = np.array([node.turns for _, node in number.nodes], dtype=float)
-    return ReferenceConfiguration(q, v, z, owner, turns)
+    return ReferenceConfiguration(q, v, z, owner, np.array([node.turns for _, node in number.nodes], dtype=float))

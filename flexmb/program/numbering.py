@@ -10,16 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.model.contributions import (
-    AXES,
-    ConstraintContribution,
-    Contributions,
-    ControlContribution,
-    Coordinate,
-    Node,
-    RowMotion,
-    SignalContribution,
-)
+from flexmb.model import contributions as model
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals
@@ -50,22 +41,22 @@ class Numbering:
         bodies = mechanism.nodes()
         self.n_b = 3 * len(bodies)
         # controller, node and names of three states at a time of controllers without sampling; missing ones stay 0
-        self._states: list[tuple[str, Node, tuple[str, ...]]] = []
+        self._states: list[tuple[str, model.Node, tuple[str, ...]]] = []
         for control in [controller.control() for controller in mechanism.controllers] if controls else ():
             for k in range(0, 0 if control.sample is not None else len(control.states), 3):
                 names = (*control.states[k : k + 3], *UNUSED)[:3]
-                self._states.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), names))
-        self.nodes: tuple[tuple[str, Node], ...] = (*bodies, *((part, node) for part, node, _ in self._states))
+                self._states.append((control.part, model.Node(state_node(k), 0.0, 0.0, 0.0), names))
+        self.nodes: tuple[tuple[str, model.Node], ...] = (*bodies, *((part, node) for part, node, _ in self._states))
         self.of_body: dict[str, tuple[int, int]] = {}  # where the coordinates of each body begin and end
         for k, (part, _) in enumerate(self.nodes):
             self.of_body[part] = self.of_body.get(part, (3 * k, 0))[0], 3 * k + 3
         self.n_q = 3 * len(self.nodes)
         named = [(part, node.name) for part, node in self.nodes]
         every = [(part, node, axis) for part, node in (*named, (GROUND.name, "")) for axis in (0, 1, 2)]
-        self._number: dict[Coordinate, int] = dict(zip(every, range(len(every)), strict=True))
+        self._number: dict[model.Coordinate, int] = dict(zip(every, range(len(every)), strict=True))
         self._lists: dict[int, tuple[Sequence[Any], Lists]] = {}
 
-    def dofs(self, coordinates: Sequence[Coordinate]) -> list[int]:
+    def dofs(self, coordinates: Sequence[model.Coordinate]) -> list[int]:
         """Numbers of coordinates; the ground's are n_q, n_q + 1, n_q + 2."""
         return [self._number[c] for c in coordinates]
 
@@ -79,10 +70,9 @@ class Numbering:
 
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates: of bodies by node and axis, of controls by state."""
-        bodies = self.nodes[: self.n_b // 3]
-        stems = [f"{part}.{node.name}" if node.name else part for part, node in bodies]
+        stems = [f"{part}.{node.name}" if node.name else part for part, node in self.nodes[: self.n_b // 3]]
         states = [f"{part}.{name}" for part, _, names in self._states for name in names]
-        return (*[f"{stem}.{axis}" for stem in stems for axis in AXES], *states)
+        return (*[f"{stem}.{axis}" for stem in stems for axis in model.AXES], *states)
 
     def pose(self) -> np.ndarray:
         """Coordinates of the reference configuration (n_q,) [m, rad]."""
@@ -102,14 +92,14 @@ def state_node(state: int) -> str:
     return f"states{state // 3}"
 
 
-def state_coordinates(control: ControlContribution) -> tuple[Coordinate, ...]:
+def state_coordinates(control: model.ControlContribution) -> tuple[model.Coordinate, ...]:
     """Coordinates of the states of a control, in threes; none of a sampled one."""
     nodes = range(0, 0 if control.sample is not None else len(control.states), 3)
     return tuple((control.part, state_node(k), axis) for k in nodes for axis in (0, 1, 2))
 
 
 def blocks_and_edges(
-    contributions: Contributions, number: Numbering
+    contributions: model.Contributions, number: Numbering
 ) -> tuple[list[range], list[tuple[int, ...]], list[bool]]:
     """Blocks of unknowns (nodes, then constraints), groups of coupled blocks, and which blocks are constraints."""
     n_nodes = number.n_q // 3
@@ -170,7 +160,7 @@ class Layout:
     energy: int
 
 
-def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
+def force_signals(contribution: model.ConstraintContribution) -> tuple[tuple[str, str], ...]:
     """Signals of a joint's force on its second body and of its friction; of a coupling its friction alone."""
     if contribution.is_drive:
         return ()
@@ -182,31 +172,27 @@ def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str]
     return (*FORCE_SIGNALS, *moment, *friction)
 
 
-def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
-    """Signals of a driven row: coordinate, rate, force, power."""
-    unit, force = driven.units
-    if not driven.name:
-        value, load = ("angle", "torque") if unit == "rad" else ("travel", "force")
-        return (value, unit), ("speed", f"{unit}/s"), (load, force), ("power", "W")
-    kind = "torque" if unit == "rad" else "force"
-    names = (driven.name, f"{driven.name}_rate", f"{driven.name}_{kind}", f"{driven.name}_power")
-    return tuple(zip(names, (unit, f"{unit}/s", force, "W"), strict=True))
-
-
-def kernel_signals(contribution: SignalContribution) -> tuple[tuple[str, str], ...]:
+def kernel_signals(contribution: model.SignalContribution) -> tuple[tuple[str, str], ...]:
     """Signal of a kernel, and that of its place."""
     own = (contribution.name, contribution.units)
     return (own, (contribution.place, "")) if contribution.place else (own,)
 
 
-def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
+def constraint_signals(contribution: model.ConstraintContribution) -> tuple[tuple[str, str], ...]:
     """Signals of a constraint: the force of a joint, the motions of its driven rows, its own reactions."""
-    motions = (signal for driven in contribution.motions for signal in motion_signals(driven))
+    motions: list[tuple[str, str]] = []
+    for driven in contribution.motions:  # coordinate, rate, force, power
+        unit, force = driven.units
+        value, load = ("angle", "torque") if unit == "rad" else ("travel", "force")
+        names = [value, "speed", load, "power"]
+        if driven.name:
+            names = [driven.name, *(f"{driven.name}_{end}" for end in ("rate", load, "power"))]
+        motions += zip(names, (unit, f"{unit}/s", force, "W"), strict=True)
     reactions = ((reaction.name, reaction.units) for reaction in contribution.reactions)
     return (*force_signals(contribution), *motions, *reactions)
 
 
-def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int | None = None) -> Layout:
+def layout(contributions: model.Contributions, coordinate_names: tuple[str, ...], n_b: int | None = None) -> Layout:
     """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls; None: all."""
     n_b = len(coordinate_names) if n_b is None else n_b
     stems = [name.rpartition(".")[0] for name in coordinate_names[:n_b:3]]

@@ -24,13 +24,8 @@ from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import (
-    USES_OF_FACTOR,
-    ConstraintContribution,
-    Contributions,
-    ElementContribution,
-    Reaction,
-)
+from flexmb.model import contributions as model
+from flexmb.model.contributions import ConstraintContribution, Contributions, ElementContribution, Reaction
 from flexmb.model.law import Law, Motion
 from flexmb.model.part import is_kind
 from flexmb.program import program as at
@@ -38,9 +33,10 @@ from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, force_s
 from flexmb.program.program import Constraints, Contacts, Controls, Elements, Measured, Names, Sizes, Tables, freeze
 
 NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they belong to, one behind the other
+Listed = tuple[NumberLists, NumberLists]  # numbers p and histories z
 
 
-def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
+def numbers(contributions: Contributions) -> Listed:
     """Numbers p and start histories z of all parts, in the one order of the tables, of structures, and of p and z."""
     elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
     rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
@@ -72,7 +68,7 @@ def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
     return p, z
 
 
-def flat(listed: tuple[NumberLists, NumberLists]) -> tuple[np.ndarray, np.ndarray]:
+def flat(listed: Listed) -> tuple[np.ndarray, np.ndarray]:
     """The arrays of all `numbers`."""
     p, z = (np.array([*chain.from_iterable(chain.from_iterable(lists.values()))], dtype=float) for lists in listed)
     return p, z
@@ -176,9 +172,7 @@ def table(rows: Sequence[Sequence[int]] | np.ndarray, columns: int) -> np.ndarra
 class Packer:
     """Numbers of kernels and matrix blocks of all pieces, in the order of declaration."""
 
-    def __init__(
-        self, contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]
-    ) -> None:
+    def __init__(self, contributions: Contributions, number: Numbering, listed: Listed) -> None:
         self.contributions, self.number = contributions, number
         self.p, self.z = map(bounds_of, listed)
         self.kernels: dict[str, dict[int, tuple[int, Kernel]]] = {name: {} for name in at.KINDS}
@@ -241,24 +235,15 @@ class Packer:
     def elements(self) -> Elements:
         """Arrays of the elements."""
         found, factors = self.contributions.elements, self.factors()
+        # What is never called is not compiled.
+        element = self.numbered("element", [None if e.is_complete else e.kernel for e in found])
+        energy = self.numbered("energy", [e.energy for e in found])
+        ways = ("force", "tangent", "account", "damping")
         return Elements(
-            # what is never called is not compiled
-            self.numbered("element", [None if e.is_complete else e.kernel for e in found]),
-            self.numbered("energy", [e.energy for e in found]),
-            factors,
-            self.numbered("force", [e.force for e in found]),
-            self.numbered("tangent", [e.tangent for e in found]),
-            self.numbered("account", [e.account for e in found]),
-            self.numbered("damping", [e.damping for e in found]),
-            self.fours(factors),
-            self.p["element"],
-            self.p["factor"],
-            self.z["element"],
-            self.element_dofs.ptr,
-            self.element_blocks.ptr,
-            places(self.element_dofs.values),
-            self.positions(self.element_blocks),
-        )
+            element, energy, factors, *(self.numbered(way, [getattr(e, way) for e in found]) for way in ways),
+            self.fours(factors), self.p["element"], self.p["factor"], self.z["element"], self.element_dofs.ptr,
+            self.element_blocks.ptr, places(self.element_dofs.values), self.positions(self.element_blocks),
+        )  # fmt: skip
 
     def fours(self, factors: np.ndarray) -> np.ndarray:
         """Kernels (n, 4) of elements that are evaluated with the next three, -1 for all others."""
@@ -292,27 +277,15 @@ class Packer:
         return Constraints(
             self.numbered("constraint", [contribution.kernel for contribution in found]),
             self.numbered("motion", [motion.kernel if motion else None for motion in motions]),
-            self.p["constraint"],
-            self.p["motion"],
-            self.row,
-            self.constraint_dofs.ptr,
-            self.g_blocks.ptr,
-            self.h_blocks.ptr,
-            places(self.constraint_dofs.values),
-            self.positions(self.g_blocks),
-            self.positions(self.g_blocks, transposed=True),
-            self.positions(self.h_blocks),
-            places(self.h_entries),
+            self.p["constraint"], self.p["motion"], self.row, self.constraint_dofs.ptr, self.g_blocks.ptr,
+            self.h_blocks.ptr, places(self.constraint_dofs.values), self.positions(self.g_blocks),
+            self.positions(self.g_blocks, transposed=True), self.positions(self.h_blocks), places(self.h_entries),
             table([[c.coordinates.index(one) for one in c.second] if c.second else [-1] * 3 for c in found], 3),
-            ints([contribution.moment_row for contribution in found]),
-            ints(self.layout.constraints),
-            ints([len(force_signals(contribution)) for contribution in found]),
-            np.column_stack([load, law]),
-            self.p["joint friction"].reshape(-1, 4),
-            self.z["joint friction"],
-            ints(self.p["arm"][:, at.BEGIN]),
+            ints([contribution.moment_row for contribution in found]), ints(self.layout.constraints),
+            ints([len(force_signals(contribution)) for contribution in found]), np.column_stack([load, law]),
+            self.p["joint friction"].reshape(-1, 4), self.z["joint friction"], ints(self.p["arm"][:, at.BEGIN]),
             *self.reactions(),
-        )
+        )  # fmt: skip
 
     def factors(self) -> np.ndarray:
         """Factor of each element: number of a motion, NO_FACTOR, or FIRST_OUTPUT less the number of an output."""
@@ -349,14 +322,10 @@ class Packer:
         gaps = self.numbered("gap", [one.gap for one in found])
         normals = self.numbered("normal", [one.normal.kernel for one in found])
         kernels = (gaps, normals, self.numbered("friction", [one.friction.kernel for one in found]))
-        return Contacts(
-            np.column_stack(kernels),
-            self.p["contact"].reshape(-1, 6),
-            np.ascontiguousarray(self.z["contact"].reshape(-1, 6)[:, [0, 2, 4, 5]]),
-            places(self.contact_dofs.values),
-            self.positions(self.contact_blocks),
-            ints(self.layout.contacts),
-        )
+        z = np.ascontiguousarray(self.z["contact"].reshape(-1, 6)[:, [0, 2, 4, 5]])
+        dofs, positions = places(self.contact_dofs.values), self.positions(self.contact_blocks)
+        p, out = self.p["contact"].reshape(-1, 6), ints(self.layout.contacts)
+        return Contacts(np.column_stack(kernels), p, z, dofs, positions, out)
 
     def controls(self) -> Controls:
         """Arrays of the controls, and of the sources of their inputs."""
@@ -371,26 +340,13 @@ class Packer:
             reached += [place.get(dof, -1) for one in control.sources for dof in self.number.dofs(one.coordinates)]
         width = np.diff(dofs.ptr)[self.owner]
         return Controls(
-            self.numbered("control", [control.kernel for control in controls]),
-            self.p["control"][own],
-            self.z["control"],
-            inputs,
-            np.column_stack([table(source, 2), np.delete(self.p["control"], own, axis=0)]),
-            listed.ptr,
-            listed.values,
-            ints(reached),
-            ints([len(control.states) for control in controls]),
-            self.outputs,
-            self.owner,
-            ends_of(width),
-            dofs.ptr,
-            places(dofs.values),
-            self.state_blocks.ptr,
-            self.positions(self.state_blocks),
-            self.load_blocks.ptr,
-            self.positions(self.load_blocks),
+            self.numbered("control", [control.kernel for control in controls]), self.p["control"][own],
+            self.z["control"], inputs, np.column_stack([table(source, 2), np.delete(self.p["control"], own, axis=0)]),
+            listed.ptr, listed.values, ints(reached), ints([len(control.states) for control in controls]),
+            self.outputs, self.owner, ends_of(width), dofs.ptr, places(dofs.values), self.state_blocks.ptr,
+            self.positions(self.state_blocks), self.load_blocks.ptr, self.positions(self.load_blocks),
             ints(self.layout.controls),
-        )
+        )  # fmt: skip
 
     def source(self, one: Any) -> int:
         """Number of the kernel, the output or the coordinate that an input of a control is read from."""
@@ -414,18 +370,14 @@ class Packer:
         return Measured(
             self.numbered("signal", [None if one.place else one.kernel for one in found]),
             self.numbered("extremum", [one.kernel if one.place else None for one in found]),
-            self.p["signal"],
-            dofs.ptr,
-            dofs.values,
+            self.p["signal"], dofs.ptr, dofs.values,
             ints([element[one.part] if one.use_of_factor else -1 for one in found]),
-            ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in found]),
+            ints([model.USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in found]),
             ints(self.layout.measured),
             ints([*(k for one, k in placed if one.is_mode), *(k + 1 for one, k in placed if one.place)]),
             table([(k + 1, k) for one, k in placed if one.place], 2),
-            table(self.number.lists(angles).values.reshape(-1, 2), 2),
-            self.p["angle"],
-            ints(self.layout.angles),
-        )
+            table(self.number.lists(angles).values.reshape(-1, 2), 2), self.p["angle"], ints(self.layout.angles),
+        )  # fmt: skip
 
 
 def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Mapping[tuple[str, str], int]) -> int:
@@ -463,7 +415,7 @@ class Structure:
     drives: tuple[str, ...]
 
 
-def structure_of(contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]) -> Structure:
+def structure_of(contributions: Contributions, number: Numbering, listed: Listed) -> Structure:
     """Structure of contributions with the `numbers` of their parts, remembered or new."""
     kernels: list[Kernel] = []
     groups = tuple(getattr(contributions, group.name) for group in fields(contributions))
@@ -529,9 +481,7 @@ def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
     return tuple([name for name in known if name in NAMES]), tuple([name for name in known if name not in NAMES])
 
 
-def new_structure(
-    contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]
-) -> Structure:
+def new_structure(contributions: Contributions, number: Numbering, listed: Listed) -> Structure:
     """New structure of contributions."""
     packer = Packer(contributions, number, listed)
     places = packer.layout

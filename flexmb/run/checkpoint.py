@@ -94,8 +94,7 @@ class Checkpoints:
     def write(self, run: Run) -> None:
         """Write a checkpoint now."""
         try:
-            sol = run.solution({**self.model, COMMAND: self.command})
-            record = run.record
+            sol, record = run.solution({**self.model, COMMAND: self.command}), run.record
             more = {  # all counters and peaks beside the usual restart
                 "peak": record.peak.copy(),
                 "peak_time": record.peak_time.copy(),
@@ -191,8 +190,7 @@ def adopt(run: Run, sol: Solution) -> None:
     record.count.set_numbers(fitting(kept, "count", record.count.numbers()))
     record.report.set_numbers(fitting(kept, "report", record.report.numbers()))
     run.earlier = Peaks(*fitting(kept, "earlier", np.array([run.earlier.values, run.earlier.times])))
-    own = {name.removeprefix(POSES): array for name, array in kept.items() if name.startswith(POSES)}
-    record.poses.restore(own)
+    record.poses.restore({name.removeprefix(POSES): array for name, array in kept.items() if name.startswith(POSES)})
     # counters that compiled code takes for indices must not be beyond the sizes of this run
     most = {"rows": 0, "episodes": 0, "lost_pivot": run.program.n_q + run.program.n_c - 1}
     most |= {"rejecting_contact": len(run.program.names.contacts), "poses": len(record.poses.times) - 1}

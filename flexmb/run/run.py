@@ -24,7 +24,7 @@ from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.newmark.predictor import FARTHEST_LEAP
 from flexmb.engine.state.flow import new_flow, new_trial, rigid_coordinates
 from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
-from flexmb.engine.step.contact_events import close_round_off_gaps, running_episodes, start_episodes, take_episodes
+from flexmb.engine.step.contact_events import close_round_off_gaps, running_episodes, start_episodes
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, SHORT_STEP, Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
@@ -41,16 +41,7 @@ from flexmb.results.solution import LateFindings, Peaks, Solution, Stats
 from flexmb.results.status import sentence
 from flexmb.run.checkpoint import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
-from flexmb.run.saving import (
-    SAME_INSTANT,
-    SavedRows,
-    add_peaks,
-    begin_watch,
-    no_peaks,
-    saves_end,
-    start_saving,
-    watch_lows,
-)
+from flexmb.run.saving import SAME_INSTANT, SavedRows, add_peaks, begin_watch, no_peaks, saves_end, start_saving
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
 from flexmb.statics.start.consistent import Start, accelerations, held_rows, least_norm, looks_dependent
 from flexmb.version import installed_version
@@ -135,8 +126,7 @@ class Chords:
     def __init__(self, run: Run) -> None:
         self.pieces: list[tuple[Motion, list[float], list[float]]] = []
         for motion in run.program.motions:
-            inside = sorted(t for t in motion.breaks(run.t_end) if 0.0 < t < run.t_end)
-            edges = [0.0, *inside, run.t_end]
+            edges = [0.0, *sorted(t for t in motion.breaks(run.t_end) if 0.0 < t < run.t_end), run.t_end]
             chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
             if min(chords) < math.inf:
                 self.pieces.append((motion, edges[1:-1], chords))
@@ -224,7 +214,10 @@ class Run:
         self.stopping: StopConditions | None = None
         self.met = ""
         self.earlier = no_peaks(self.record)
-        watch_lows(self)
+        pushing = [f"{part.name}.{name}" for part in mechanism.parts for name in part.pushes] if mechanism else []
+        if pushing:  # parts that can only push: the loop watches the least values of these signals
+            lows = np.array([self.stepper.reported.names.signals.places[name] for name in pushing], dtype=np.int64)
+            self.record = self.record.replaced(low_places=lows, lows=np.full((len(lows), 2), np.inf))
         self.h_max, self.h_min, self.error, self.bounds = step_limits(self)
         self.chords = Chords(self)
         self.trial = new_trial(program, 0, self.bounds)
@@ -433,7 +426,8 @@ class Run:
 
     def _fetch_buffer(self) -> None:
         if self.record.count.episodes:
-            self.episodes.append(take_episodes(self.record))
+            self.episodes.append(self.record.episodes[: self.record.count.episodes].copy())
+            self.record.count.episodes = 0
         rows = int(self.record.count.rows)
         if rows:
             self.saved.add(self.record.times[:rows], self.record.values[:rows])
@@ -457,8 +451,7 @@ class Run:
         faults, status = sentences(findings, errors=True), self.status()
         if faults:
             status = status.partition(" Try ")[0]  # the cause is known: no remedies of any failure
-        program = self.stepper.reported
-        kept = slice(None) if self.kept is None else self.kept
+        program, kept = self.stepper.reported, slice(None) if self.kept is None else self.kept
         names, (time, values) = program.names.signals, self.saved.finished()
         return Solution(
             time=time, values=values, signals=names if self.kept is None else names.chosen(self.kept),

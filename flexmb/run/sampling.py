@@ -52,15 +52,13 @@ def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.n
 
 def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> None:
     """Set the states that begin where their rates are 0, by Newton's method with differences."""
-    own = list(sampler.settled)
-    u = _inputs(sampler, t, signals)
+    own, u = list(sampler.settled), _inputs(sampler, t, signals)
     x = z[sampler.z : sampler.z + sampler.states]  # a view
     for _ in range(MOST_ITERATIONS if own else 0):
         rate = _law(sampler, t, u, x)[0][own]
         slopes = []
         for k in own:
-            shift = DIFFERENCE * max(abs(x[k]), 1.0)
-            other = x.copy()
+            shift, other = DIFFERENCE * max(abs(x[k]), 1.0), x.copy()
             other[k] += shift
             slopes.append((_law(sampler, t, u, other)[0][own] - rate) / shift)
         change = np.linalg.lstsq(np.array(slopes).T, rate, rcond=None)[0]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import checks
-from flexmb.engine.state.record import OF_PEAK, PLACE, keep_first
+from flexmb.engine.state.record import OF_PEAK, PLACE
 from flexmb.errors import InputError
 from flexmb.results.solution import Peaks
 
@@ -47,11 +47,6 @@ def save_grid(label: str, save: Any, period: float | None, begin: float, end: fl
     hint = "It is a number of instants a period of the drives (without one: of the run), an interval [s] (a float), "
     number = checks.count(label, "save", save, hint=f"{hint}times [s] (a list), or 'steps' for all.")
     return SaveGrid((end - begin if period is None or period > end - begin else period) / number, none)
-
-
-def shown_save(save: Any) -> Any:
-    """The argument `save` as a value that can be compared; lists and arrays by their numbers."""
-    return save if isinstance(save, str | Real) else tuple(np.ravel(save).tolist())
 
 
 def _given(label: str, given: tuple[Any, ...], begin: float, end: float) -> SaveGrid:
@@ -173,7 +168,9 @@ def begin_watch(run: Run) -> None:
     reset_peaks(run)
     run.earlier = no_peaks(run.record)
     run.record.lows[:] = np.inf
-    keep_first(run.record.poses, float(run.flow.clock.t), run.record.signals, run.flow.z)
+    poses, signals, first = run.record.poses, run.record.signals, float(run.flow.clock.t)
+    poses.times[0], poses.sizes[0], poses.values[0], poses.z[0] = first, 0.0, signals, run.flow.z
+    poses.number.set_numbers(np.array([1, 1, 1, 0.0]))
 
 
 def reset_peaks(run: Run) -> None:
@@ -196,15 +193,6 @@ def add_peaks(record: RunRecord, instant: float) -> None:
     size = _sizes(record)
     larger = _with_places(record, size > record.peak)
     record.peak_time[larger], record.peak[larger] = instant, size[larger]
-
-
-def watch_lows(run: Run) -> None:
-    """Let the compiled loop watch the least values of the signals of parts that can only push."""
-    places = run.stepper.reported.names.signals.places
-    names = [f"{part.name}.{name}" for part in run.mechanism.parts for name in part.pushes] if run.mechanism else []
-    if names:
-        lows = np.array([places[name] for name in names], dtype=np.int64)
-        run.record = run.record.replaced(low_places=lows, lows=np.full((len(names), 2), np.inf))
 
 
 def _sizes(record: RunRecord) -> np.ndarray:

@@ -32,7 +32,7 @@ from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Progra
 from flexmb.results.solution import SAVED_KEY, STEPS_KEY, Solution, Stats, UnknownSignalError, matching
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, NOT_SAVING, TERMINATION, Interruption, Run, passed_contacts, uncomputed_signals
-from flexmb.run.saving import SaveGrid, reset_peaks, save_grid, shown_save
+from flexmb.run.saving import SaveGrid, reset_peaks, save_grid
 from flexmb.run.stopping import Condition, StopConditions, lost_control
 from flexmb.statics import equilibrium
 from flexmb.statics.equilibrium import Equilibrium, Spin
@@ -129,7 +129,8 @@ def simulate(
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name, STEPS_KEY: isinstance(save, str)}
     model |= {} if signals is None else {SAVED_KEY: list(signals)}
-    command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
+    saved = save if isinstance(save, str | Real) else tuple(np.ravel(save).tolist())
+    command = plain_values(begin=begin, end=end, save=saved, step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
     command |= {} if restart is not None else {"start velocities": digest({"v": program.reference.v})}
@@ -179,8 +180,7 @@ def _solution(
     motion, contacts = watch.watched_motion(run), run.contact_log()
     findings = [*run.chords.findings, *watch.law_findings_after(run.program, run.flow.z, contacts, now - span)]
     findings += watch.watch_findings(mechanism, motion, contacts)
-    known = any(finding.is_error for finding in findings)
-    findings += watch.failure_findings(run, mechanism, closed, known=known)
+    findings += watch.failure_findings(run, mechanism, closed, known=any(finding.is_error for finding in findings))
     findings += [*passed_contacts(run), *uncomputed_signals(run)]
     if kept_file is not None:
         troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
@@ -317,8 +317,7 @@ def start_at_rest(
         text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
         raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")
     at = start if isinstance(start, Equilibrium) else equilibrium.static_equilibrium(mechanism)
-    spin = Spin(at.spin, at.about)
-    system = StateEvaluation(program)
+    spin, system = Spin(at.spin, at.about), StateEvaluation(program)
     equilibrium.refuse_other_names(label, program, at)
     equilibrium.refuse_other_forces(label, program, system, at)
     held = yielding_joints(program, closed)
@@ -440,8 +439,7 @@ def steps(
     method, chosen, program, closed = prepared(label, mechanism, method, step, redundant)
     period = period_or_none(program) if any(p is not None for p in program.periods) else None
     end = np.inf if t_end is None else check_end(label, t_end)
-    span = _span(label, chosen, end, period)
-    run = Run(program, method, chosen, span, period, mechanism=mechanism)
+    run = Run(program, method, chosen, _span(label, chosen, end, period), period, mechanism=mechanism)
     begin_or_resume(run, mechanism, closed, label, restart, redundant, end)
     return _taken(run, end)
 

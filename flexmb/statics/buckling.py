@@ -157,8 +157,7 @@ def _bent(body: Reduced, program: Program, q: np.ndarray, u: np.ndarray, stride:
 def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
     """A (n, n): changes of the deformation with its shortening, d + c(d), by the coordinates q (n,)."""
     nodes, pins, n = element.nodes, element.pins, len(q)
-    place = q.reshape(-1, COORDINATES)
-    drawn = np.array([(node.x, node.y, node.theta) for node in nodes])
+    place, drawn = q.reshape(-1, COORDINATES), np.array([(node.x, node.y, node.theta) for node in nodes])
     gradient = np.zeros(n)
     if element.by_pin:
         angle, gradient[COORDINATES - 1] = float(place[0, 2] - drawn[0, 2]), 1.0
@@ -230,8 +229,7 @@ class LoadPath:
         size = program.sizes
         for _ in range(MOST_ITERATIONS):
             K, G = self.tangent(q, lam, s)
-            loads = s * (self.force + self.stiffness @ (q - start))
-            rest = self.system.force + self.system.constraint_force + loads
+            rest = self.system.force + self.system.constraint_force + s * (self.force + self.stiffness @ (q - start))
             d, change = self.solve_held(K, G, -rest, -self.system.residual)
             longest = float(np.abs(d / size).max())
             if not math.isfinite(longest):
@@ -251,16 +249,14 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     start = path.start[0]
     try:
         K, G = path.tangent(*path.start, 0.0)
-        pushed = K @ shape
-        found = path.equilibrium(s)
+        pushed, found = K @ shape, path.equilibrium(s)
         if found is None:
             return math.nan, math.nan
         answer, _ = path.solve_held(*path.tangent(*found, s), pushed, np.zeros(G.shape[0]))
     except (FlexmbError, RuntimeError):
         return math.nan, math.nan
     lost = 1.0 - float(pushed @ shape) / float(pushed @ answer)
-    moved = np.abs(found[0] - start) / program.sizes
-    return s / lost if lost > 0.0 else math.inf, float(moved.max())
+    return s / lost if lost > 0.0 else math.inf, float((np.abs(found[0] - start) / program.sizes).max())
 
 
 def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]:
@@ -396,9 +392,8 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     K, G = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block(), system.jacobian
     left_out = equilibrium.open_contacts(system)
     path = system.solve(np.append(-force, np.zeros(program.n_c)), f"buckling of {program.name!r}")
-    K_path = (geometric_stiffness(bare, system, q, lam, path) + K_load).tocsc()
     solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
-    factors, x = solve(program, K, K_path, G, count)
+    factors, x = solve(program, K, (geometric_stiffness(bare, system, q, lam, path) + K_load).tocsc(), G, count)
     x = x / np.abs(x * (program.length / program.sizes)[:, None]).max(axis=0, initial=0.0)
     names = program.names
     moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
@@ -449,8 +444,7 @@ def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[n
     """Factors and shapes by a dense eigensolver on the null space of G."""
     Z = null_space(G.toarray())
     k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
-    scale = np.abs(k_path).max(initial=0.0)
-    if np.abs(k_path - k_path.T).max(initial=0.0) > ASYMMETRY * scale:
+    if np.abs(k_path - k_path.T).max(initial=0.0) > ASYMMETRY * np.abs(k_path).max(initial=0.0):
         raise InputError(
             f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
             f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."

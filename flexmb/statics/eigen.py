@@ -26,8 +26,7 @@ SMALL_SHARE = 1e-8  # component of a motion relative to its largest, below which
 
 def null_space(G: np.ndarray) -> np.ndarray:
     """Orthonormal basis (n, k) of the motions x with G x = 0, by a pivoted QR of G^T with rows of length 1."""
-    n = G.shape[1]
-    lengths = np.linalg.norm(G, axis=1)
+    n, lengths = G.shape[1], np.linalg.norm(G, axis=1)
     G = G[lengths > 0.0] / lengths[lengths > 0.0, None]
     if not len(G):
         return np.eye(n)
@@ -47,8 +46,7 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     if B.shape[1] > DENSE_MOTIONS and is_regular(K, G, program.symbolic.order):
         return np.zeros((B.shape[1], 0))
     find = _sparse_motions if B.shape[1] > DENSE_MOTIONS else _dense_motions
-    Z = find(program, B, K, G)
-    return np.asarray(sizes[:, None] * simplified(Z))
+    return np.asarray(sizes[:, None] * simplified(find(program, B, K, G)))
 
 
 def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
@@ -82,8 +80,7 @@ def _sparse_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.
         if not np.isfinite(found.data).all():
             raise SolveError(_too_stiff(program))
         terms = np.asarray((abs(A) @ abs(B)).tocsr()[found.row, found.col]).ravel()
-        least = share * terms + (0.0 if floor is None else floor[found.row])
-        kept = np.abs(found.data) > least
+        kept = np.abs(found.data) > share * terms + (0.0 if floor is None else floor[found.row])
         block = sp.csr_array((found.data[kept], (found.row[kept], found.col[kept])), shape=found.shape)
         lengths = np.sqrt(np.asarray(block.multiply(block).sum(axis=1)).ravel())
         rows = np.flatnonzero(lengths)
@@ -145,16 +142,14 @@ def motion_in_words(program: Program, motion: np.ndarray) -> str:
     """Description of a rigid motion (3 bodies,): "translation in x of 'rod'"."""
     w = motion.reshape(-1, 3) / np.where(np.arange(3) == 2, 1.0, program.length)
     size = np.abs(w).max()
-    moving = np.abs(w).max(axis=1) > SMALL_SHARE * size
-    turning = np.abs(w[:, 2]) > SMALL_SHARE * size
+    moving, turning = np.abs(w).max(axis=1) > SMALL_SHARE * size, np.abs(w[:, 2]) > SMALL_SHARE * size
     if turning.any():
         also = _listed(program, moving & ~turning)
         return f"rotation of {_listed(program, turning)}" + (f", moving {also}" if also else "")
     first = w[int(np.flatnonzero(moving)[0]), :2]
     same = np.abs(w[moving, :2] - first).max() <= 1e-6 * size
-    ways = {(True, False): "in x", (False, True): "in y"}
     in_x, in_y = (bool(x) for x in np.abs(first) > SMALL_SHARE * size)
-    way = ways.get((in_x, in_y))
+    way = {(True, False): "in x", (False, True): "in y"}.get((in_x, in_y))
     if way is None:
         dx, dy = first / np.hypot(*first)
         way = f"along ({dx:.3g}, {dy:.3g})"
@@ -167,8 +162,7 @@ def _listed(program: Program, which: np.ndarray) -> str:
 
 def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
     """Name of the coordinate with the largest amplitude in a shape (n_q,), rotations times `length` [m]."""
-    sizes = np.where(np.arange(len(shape)) % 3 == 2, length, 1.0)
-    return names[int(np.abs(shape * sizes).argmax())]
+    return names[int(np.abs(shape * np.where(np.arange(len(shape)) % 3 == 2, length, 1.0)).argmax())]
 
 
 # Eigenvalue problems on the null space of the constraints: real symmetric, and quadratic with damping
@@ -257,8 +251,7 @@ def _sparse(
     scale = abs(K).max()
     A = sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc()
     B = sp.block_diag([M, sp.csc_matrix((m, m))]).tocsc()
-    wanted = max(1, min(count, n - m - 1))
-    small = -1e-6 * scale / abs(M).max()
+    wanted, small = max(1, min(count, n - m - 1)), -1e-6 * scale / abs(M).max()
     for shift in (0.0, small):
         try:
             squares, x = _with_copies(A, B, M, order, shift, wanted, below)
@@ -319,8 +312,7 @@ def damped(
     else:
         free = rigid if kept else rigid[:, :0]
         s, x = _dense_quadratic(K, C, M, np.hstack([free, null_space(held.toarray())]), free.shape[1])
-    size = np.abs(s).max(initial=0.0)
-    s = np.where(np.abs(s.imag) <= 1e-12 * size, s.real + 0.0j, s)
+    s = np.where(np.abs(s.imag) <= 1e-12 * np.abs(s).max(initial=0.0), s.real + 0.0j, s)
     keep = np.flatnonzero(s.imag >= 0.0)
     keep = keep[np.argsort(np.abs(s[keep]), kind="stable")][:count]
     return s[keep], x[:, keep]
@@ -339,8 +331,7 @@ def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> Eigenp
         raise SolveError(NO_MASS) from error
     k, c = scipy.linalg.cho_solve(factor, k), scipy.linalg.cho_solve(factor, c)
     unit = np.sqrt(scipy.linalg.norm(k, 2)) or 1.0
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-k / unit**2, -c / unit]])
-    values, vectors = scipy.linalg.eig(A)
+    values, vectors = scipy.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-k / unit**2, -c / unit]]))
     return values * unit, Z @ vectors[:n]
 
 

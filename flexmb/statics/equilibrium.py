@@ -67,8 +67,7 @@ class Spin:
         if not self.speed:
             return K, C, M
         quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # (x, y, theta) to (-y, x, 0)
-        S = sp.csr_matrix(sp.block_diag([quarter] * (len(q) // 3)))
-        W = self.speed
+        S, W = sp.csr_matrix(sp.block_diag([quarter] * (len(q) // 3))), self.speed
         return (K + W * (C @ S) + W**2 * (M @ S @ S)).tocsc(), (C + 2.0 * W * (M @ S)).tocsc(), M
 
 
@@ -399,8 +398,7 @@ def _grow_loads(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Coordinates, multipliers and iterations under full loads, which grow in steps."""
     # The first step tries all loads. One longer than 1/load_steps counts where the answer follows its tangents.
-    lam = np.zeros(program.n_c)
-    grow = load_growth(mechanism, program)
+    lam, grow = np.zeros(program.n_c), load_growth(mechanism, program)
     system.program = grow(0.0)
     start = system.at(q).force
     # a drive stands elsewhere: go there first
@@ -426,7 +424,14 @@ def _grow_loads(
                 continue
             if found is None or snap > SNAP_LOAD_STEP:
                 check_independent(program, np.array(program.reference.q))
-                raise SolveError(_failure(program, system, done))
+                rest = np.abs(system.force + system.constraint_force)
+                text = (
+                    f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads;"
+                )
+                text += f" largest unbalance at {program.names.coordinates[int(np.nanargmax(rest))]!r}. Use more"
+                raise SolveError(
+                    f"{text} load_steps; if that does not help, the structure buckles or snaps through there."
+                )
             stride *= 2.0
         q, lam, used, _ = found
         done, total = part, total + used
@@ -440,8 +445,7 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
     parts = [load.share(0.0) for load in mechanism.parts]
     if all(less is load for less, load in zip(parts, mechanism.parts, strict=True)):
         return lambda _part: program
-    bare = mechanism.with_loads(parts, mechanism.gravity)
-    none, full = compile_mechanism(bare).tables.p, program.tables.p
+    none, full = compile_mechanism(mechanism.with_loads(parts, mechanism.gravity)).tables.p, program.tables.p
 
     def grown(part: float) -> Program:
         """Parameters that the loads do not change are kept to the last digit: counts and places are among them."""
@@ -487,8 +491,7 @@ def _against_tangents(
     def length(move: np.ndarray) -> float:
         return float(np.abs(move / program.sizes).max())
 
-    moved = ahead - q
-    before = carries(system.at(q))
+    moved, before = ahead - q, carries(system.at(q))
     try:
         back = -correction(system, ahead, lam, held, spin, TANGENT_ACCURACY)[: program.n_q]
     except SolveError:
@@ -543,21 +546,12 @@ def _free_motion_error(program: Program, free: str) -> str:
     return f"{text} most is resisted by nothing. Add a joint, a drive or a spring that holds it."
 
 
-def _failure(program: Program, system: StateEvaluation, done: float) -> str:
-    rest = np.abs(system.force + system.constraint_force)
-    name = program.names.coordinates[int(np.nanargmax(rest))]
-    text = f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads;"
-    text += f" largest unbalance at {name!r}. Use more load_steps;"
-    return f"{text} if that does not help, the structure buckles or snaps through there."
-
-
 def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
     """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
     # Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
-    own = set(program.names.bodies)
-    C = program.tables.constraints
+    own, C = set(program.names.bodies), program.tables.constraints
     for c in range(len(C.kernel)):
         name = program.names.rows[int(C.row[c])].partition("[")[0]
         if name in own:

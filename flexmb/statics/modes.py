@@ -93,8 +93,7 @@ class Examination:
         system, dt, n_b = self._system, self.dt, self.program.tables.sizes.n_b
         sizes, released = self.program.sizes[:n_b], _released(system, state)
         q, known = state.q[:n_b] / sizes, self._known.setdefault(closed, [])
-        near = (modes for at, modes in reversed(known) if np.abs(q - at).max(initial=0.0) <= NEAR)
-        modes = next(near, None)
+        modes = next((modes for at, modes in reversed(known) if np.abs(q - at).max(initial=0.0) <= NEAR), None)
         if modes is None:
             modes = linear_modes(system, state, released)
             known.append((q, modes))
@@ -114,15 +113,15 @@ def fastest_bound(program: Program, states: Sequence[State]) -> float:
     """Bound of all angular frequencies [rad/s] about states; infinite where masses are coupled, and of large models."""
     # Where M is diagonal, omega^2 is at most the largest sum of absolute values in a row of M^-1/2 K M^-1/2: a norm
     # bounds all eigenvalues, and joints, which leave a subspace of the motions, lower the largest one.
-    if program.tables.sizes.n_b > DENSE:
+    system, bound, n = StateEvaluation(program), 0.0, program.tables.sizes.n_b
+    if n > DENSE:
         return math.inf
-    system, bound = StateEvaluation(program), 0.0
     for state in states:
         released = _released(system, state)
         masses = released.M.diagonal()
         if np.count_nonzero(released.M) != np.count_nonzero(masses) or (masses < 0.0).any():
             return math.inf
-        K = np.abs(_block(_at(system, state, lam=released.lam, weights=(1.0, 0.0, 0.0))))
+        K = np.abs(_at(system, state, lam=released.lam, weights=(1.0, 0.0, 0.0)).dense[:n, :n])
         sizes = np.sqrt(np.where(masses > 0.0, masses, np.finfo(float).tiny))
         bound = max(bound, float((0.5 * (K + K.T) / sizes / sizes[:, None]).sum(axis=1).max(initial=0.0)))
     return math.sqrt(bound)
@@ -130,8 +129,7 @@ def fastest_bound(program: Program, states: Sequence[State]) -> float:
 
 def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> StateEvaluation:
     """Evaluation at rest, a time dt [s] away from a state along its motion; states of controllers as they are then."""
-    n_b = system.program.tables.sizes.n_b
-    v = np.where(np.arange(len(state.q)) < n_b, 0.0, state.v + dt * state.a)
+    v = np.where(np.arange(len(state.q)) < system.program.tables.sizes.n_b, 0.0, state.v + dt * state.a)
     return system.at(state.q + dt * state.v + 0.5 * dt * dt * state.a, v, t=state.t, z=state.z, **more)
 
 
@@ -186,12 +184,6 @@ def _multipliers(system: StateEvaluation, r: np.ndarray) -> np.ndarray:
     return found if np.isfinite(found).all() else np.zeros(program.n_c)
 
 
-def _block(system: StateEvaluation) -> np.ndarray:
-    """The present matrix of the bodies (n_b, n_b) as a plain array."""
-    n = system.program.tables.sizes.n_b
-    return system.dense[:n, :n]
-
-
 def linear_modes(system: StateEvaluation, state: State, released: Released) -> LinearModes:
     """Modes with a positive stiffness about a state; of large models the lowest ones."""
     program, n_b, (lam, _, M, G, Z) = system.program, system.program.tables.sizes.n_b, released
@@ -199,7 +191,7 @@ def linear_modes(system: StateEvaluation, state: State, released: Released) -> L
     stiff, damped, _ = np.eye(3)
     # the first one is without the stiffness of gravity
     found = (_at(system, state, lam=one, weights=w) for one, w in ((None, stiff), (lam, stiff), (lam, damped)))
-    elastic, K, C = (one.blocks[0] if large else _block(one) for one in found)
+    elastic, K, C = (one.blocks[0] if large else one.dense[:n_b, :n_b] for one in found)
     if large:
         squares, x = eigen.undamped(K, M, G, np.zeros((program.n_q, 0)), LOWEST, program.symbolic.order)
     else:
@@ -352,8 +344,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         equilibrium.refuse_other_forces("modes", program, system, at)
     motions = np.zeros((0, 0)) if spin.speed else eigen.free_motions(program, q, K, G)
     rigid = eigen.shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
-    left = max(count - rigid.shape[1], 0)
-    real = not (damped or spin.speed)
+    left, real = max(count - rigid.shape[1], 0), not (damped or spin.speed)
     if not left:
         s, x = np.zeros(0), np.zeros((program.n_q, 0))
     elif real:
@@ -380,13 +371,11 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
 def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:
     """Kinds of the modes that are not rigid motions."""
     energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
-    terms = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)
-    found = []
+    terms, found = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0), []
     for k, value in enumerate(s):
-        growth = 1e-9 * np.abs(value)
         if energy[k] <= ENERGY_ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
             found.append("not resolved")
-        elif value.real > growth:
+        elif value.real > 1e-9 * np.abs(value):
             found.append("unstable")
         else:
             found.append("elastic" if value.imag else "overdamped")

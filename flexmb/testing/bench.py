@@ -72,8 +72,7 @@ def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.
 
         return moved
 
-    steps = np.broadcast_to(scale, np.shape(x))
-    columns = [slope(along(j), float(x[j]), float(s), noise) for j, s in enumerate(steps)]
+    columns = [slope(along(j), float(x[j]), float(s), noise) for j, s in enumerate(np.broadcast_to(scale, np.shape(x)))]
     return np.stack([c for c, _ in columns], axis=-1), np.stack([u for _, u in columns], axis=-1)
 
 
@@ -299,8 +298,7 @@ class Bench:
         hidden = HIDDEN * np.abs(function(x) * np.asarray(sizes.get("rows", 1.0))).max(initial=0.0)
         hidden *= np.max(np.asarray(sizes.get("columns", 1.0)) / scale)
         floor = max(SMALL_ROW * size.max(initial=0.0), sizes.get("floor", 0.0), float(hidden), 1e-300)
-        size = np.maximum(size, floor)
-        name = f"{tested.kernel.name}: {formula}"
+        size, name = np.maximum(size, floor), f"{tested.kernel.name}: {formula}"
         doubtful = uncertain * weight > 0.1 * TOLERANCE * size
         if np.any(doubtful):
             # Leave out a state at a kink; too many such states are an error

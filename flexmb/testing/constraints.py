@@ -5,22 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import places as at
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, JointFriction
 from flexmb.model.law import FrictionLaw, Law, Motion
-from flexmb.places import (
-    ARM1_X,
-    ARM1_X_Q,
-    ARM2_X,
-    ARM2_X_Q,
-    ECCENTRICITY_RATE_X,
-    ECCENTRICITY_X,
-    GAP,
-    GAP_RATE,
-    NORMAL_X,
-    NORMAL_X_Q,
-    SLIP,
-)
 from flexmb.program.structure import zeros_of_constraints
 from flexmb.testing.bench import Bench, State, TestedKernel, gradient
 from flexmb.testing.elements import check_zeros
@@ -45,8 +33,7 @@ def check_contact(bench: Bench, contribution: ContactContribution) -> None:
         if h > 0.0:  # a step that leads from the open gap to this depth
             span = (open_gap - gap) / -speed * bench.random.uniform(0.8, 1.2)
         for _ in range(3):
-            rate = speed * bench.random.uniform(-0.5, 1.0)
-            state = {"h": span, "gap": gap, "gap_rate": rate, "z": z}
+            state = {"h": span, "gap": gap, "gap_rate": speed * bench.random.uniform(-0.5, 1.0), "z": z}
             check_normal_at(bench, tested, state)
             z = tested(state)["z_new"]
             gap, span = gap * bench.random.uniform(0.5, 1.5), h
@@ -59,7 +46,7 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
     q = bench.pose[bench.number.dofs(contribution.coordinates)]
     scale = bench.scales(contribution.coordinates)
     reference = tested.checked_call({"q": q, "v": np.zeros(6)})["out"]
-    size = abs(float(reference[GAP]))
+    size = abs(float(reference[at.GAP]))
     if size <= ROUND_OFF * float(scale.max()):  # surfaces that touch
         size = 1e-3 * float(scale.max())
     # gaps near the reference configuration, then larger motions as for other pieces
@@ -79,38 +66,45 @@ def check_gap_at(
 ) -> None:
     """Check derivatives, point and frame at a state; `size` of the gap [m], which may jump by `period` [m]."""
     out = tested.checked_call(state)["out"]
-    where = "contact" if out[GAP] < 0.0 else "free flight"
+    where = "contact" if out[at.GAP] < 0.0 else "free flight"
     bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable, in {where}")
     step = np.where(scale == 1.0, 1.0, size)  # lengths of the size of the gap, angles of 1 rad at most
     step[[2, 5]] = min(1.0, size / float(scale.max()))
     q, v, (normal, tangent) = state["q"], state["v"], rows(out)
-    places = [GAP, NORMAL_X, NORMAL_X + 1, ARM1_X, ARM1_X + 1, ARM2_X, ARM2_X + 1]
+    places = [at.GAP, at.NORMAL_X, at.NORMAL_X + 1, at.ARM1_X, at.ARM1_X + 1, at.ARM2_X, at.ARM2_X + 1]
     slopes, doubts = gradient(tested.of(state, "out", "q", places), q, step)
-    gap, found = tested.of(state, "out", "q", slice(GAP, GAP_RATE)), (slopes[:1], doubts[:1])
+    gap, found = tested.of(state, "out", "q", slice(at.GAP, at.GAP_RATE)), (slopes[:1], doubts[:1])
     bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], gap, q, step, found=found, columns=step)
-    blocks = (("normal", NORMAL_X, NORMAL_X_Q), ("first_arm", ARM1_X, ARM1_X_Q), ("second_arm", ARM2_X, ARM2_X_Q))
+    blocks = (
+        ("normal", at.NORMAL_X, at.NORMAL_X_Q),
+        ("first_arm", at.ARM1_X, at.ARM1_X_Q),
+        ("second_arm", at.ARM2_X, at.ARM2_X_Q),
+    )
     for k, (name, begin, begin_of_derivatives) in enumerate(blocks):
         found = slopes[[2 * k + 1, 2 * k + 2]], doubts[[2 * k + 1, 2 * k + 2]]
         derivatives = out[begin_of_derivatives : begin_of_derivatives + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
         entries, formula = tested.of(state, "out", "q", slice(begin, begin + 2)), f"{name} = its derivatives by q"
         bench.derivative(tested, formula, state, derivatives, entries, q, step, floor=floor, found=found, columns=step)
-    for name, value, row in (("gap rate and J_n v", out[GAP_RATE], normal), ("slip and J_t v", out[SLIP], tangent)):
+    for name, value, row in (
+        ("gap rate and J_n v", out[at.GAP_RATE], normal),
+        ("slip and J_t v", out[at.SLIP], tangent),
+    ):
         bench.balanced(tested, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"
     for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
-        terms = [q[axis], out[ARM1_X + axis], -q[3 + axis], -out[ARM2_X + axis]]
+        terms = [q[axis], out[at.ARM1_X + axis], -q[3 + axis], -out[at.ARM2_X + axis]]
         bench.balanced(tested, f"contact points along {'xy'[axis]}", state, terms, rule)
     check_frame(bench, tested, state, out, scale, period)
 
 
 def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """J_n and J_t from normal and arms: gap rate and slip by the velocities of the nodes."""
-    n = out[NORMAL_X:ARM1_X]
+    n = out[at.NORMAL_X : at.ARM1_X]
     t = np.array([-n[1], n[0]])
 
     def row(direction: np.ndarray) -> np.ndarray:
-        moments = [direction[1] * out[k] - direction[0] * out[k + 1] for k in (ARM1_X, ARM2_X)]
+        moments = [direction[1] * out[k] - direction[0] * out[k + 1] for k in (at.ARM1_X, at.ARM2_X)]
         return np.array([*direction, moments[0], *-direction, -moments[1]])
 
     return row(n), -row(t)
@@ -123,16 +117,23 @@ def check_frame(
     turn, shift = bench.rotation(float(scale.max()))
     moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
     after = tested(moved)["out"]
-    after[GAP] -= period * round((after[GAP] - out[GAP]) / period) if period else 0.0
-    gap = max(abs(float(out[GAP])), float(np.hypot(*out[ECCENTRICITY_X:ECCENTRICITY_RATE_X])))
-    length = float(np.abs(moved["q"][[0, 1, 3, 4]]).max() + np.abs(out[ARM1_X:ECCENTRICITY_X]).max())
+    after[at.GAP] -= period * round((after[at.GAP] - out[at.GAP]) / period) if period else 0.0
+    gap = max(abs(float(out[at.GAP])), float(np.hypot(*out[at.ECCENTRICITY_X : at.ECCENTRICITY_RATE_X])))
+    length = float(np.abs(moved["q"][[0, 1, 3, 4]]).max() + np.abs(out[at.ARM1_X : at.ECCENTRICITY_X]).max())
     speed = float(np.abs(state["v"]).max()) * max(1.0, float(scale.max()))
     blur = length / max(gap, 1e-300)  # round-off of the normal over round-off of positions
-    bench.turned(tested, "gap", state, after[GAP:GAP_RATE], out[GAP:GAP_RATE], length)
-    rates, others = after[GAP_RATE:NORMAL_X], out[GAP_RATE:NORMAL_X]
+    bench.turned(tested, "gap", state, after[at.GAP : at.GAP_RATE], out[at.GAP : at.GAP_RATE], length)
+    rates, others = after[at.GAP_RATE : at.NORMAL_X], out[at.GAP_RATE : at.NORMAL_X]
     bench.turned(tested, "gap_rate and slip", state, rates, others, speed * max(blur, 1.0))
-    bench.turned(tested, "normal", state, after[NORMAL_X:ARM1_X], turn[:2, :2] @ out[NORMAL_X:ARM1_X], max(blur, 1.0))
-    for name, k in (("first arm", ARM1_X), ("second arm", ARM2_X)):
+    bench.turned(
+        tested,
+        "normal",
+        state,
+        after[at.NORMAL_X : at.ARM1_X],
+        turn[:2, :2] @ out[at.NORMAL_X : at.ARM1_X],
+        max(blur, 1.0),
+    )
+    for name, k in (("first arm", at.ARM1_X), ("second arm", at.ARM2_X)):
         bench.turned(tested, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))
 
 
@@ -145,9 +146,8 @@ def check_normal_at(bench: Bench, tested: TestedKernel, state: State) -> None:
         raise tested.fault(f"N is {N:.9g}; a contact pushes, so it must be >= 0", state)
     for output, name in (("dN_dgap", "gap"), ("dN_drate", "gap_rate")):
         step, value = abs(state[name]), tested.of(state, "N", name)
-        formula = f"{output} = dN/d({name})"
         floor = 1e-4 * N / step
-        bench.derivative(tested, formula, state, out[output], value, state[name], step, floor=floor)
+        bench.derivative(tested, f"{output} = dN/d({name})", state, out[output], value, state[name], step, floor=floor)
 
 
 def check_friction(bench: Bench, law: FrictionLaw) -> None:
@@ -162,8 +162,7 @@ def check_friction(bench: Bench, law: FrictionLaw) -> None:
             bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable")
             for output, name in (("dT_dslip", "slip"), ("dT_dN", "N")):
                 step = abs(state[name])
-                floor = 1e-4 * abs(float(out["T"])) / step
-                value = tested.of(state, "T", name)
+                floor, value = 1e-4 * abs(float(out["T"])) / step, tested.of(state, "T", name)
                 formula = f"{output} = dT/d({name})"
                 bench.derivative(tested, formula, state, out[output], value, state[name], step, floor=floor)
             tested.checked_call({**state, "N": 0.0})
@@ -219,8 +218,7 @@ def check_gamma(bench: Bench, tested: TestedKernel, state: State, scale: np.ndar
         return np.asarray(-(out["G"] @ v + out["g_t"]))
 
     floor = 1e-4 * float(np.abs(v).max())
-    gamma = tested(state)["gamma"]
-    bench.derivative(tested, "gamma = -d(G v + g_t)/dt", state, gamma, rate, 0.0, 0.05, floor=floor)
+    bench.derivative(tested, "gamma = -d(G v + g_t)/dt", state, tested(state)["gamma"], rate, 0.0, 0.05, floor=floor)
 
 
 def on_manifold(tested: TestedKernel, state: State) -> State:
@@ -230,8 +228,7 @@ def on_manifold(tested: TestedKernel, state: State) -> State:
         out = tested(state)
         state["q"] = state["q"] - np.linalg.lstsq(out["G"], out["g"], rcond=None)[0]
     out = tested(state)
-    rest = out["G"] @ state["v"] + out["g_t"]
-    state["v"] = state["v"] - np.linalg.lstsq(out["G"], rest, rcond=None)[0]
+    state["v"] = state["v"] - np.linalg.lstsq(out["G"], out["G"] @ state["v"] + out["g_t"], rcond=None)[0]
     return state
 
 
@@ -261,8 +258,7 @@ def check_motion(bench: Bench, motion: Motion) -> None:
         if t == 0.0 or step == 0.0:
             continue  # a start from rest may have a kink here
         for output, of in (("s_dot", "s"), ("s_ddot", "s_dot")):
-            floor = 1e-6 * abs(float(out[of])) / span
-            value = tested.of(state, of, "t")
+            floor, value = 1e-6 * abs(float(out[of])) / span, tested.of(state, of, "t")
             bench.derivative(tested, f"{output} = d({of})/dt", state, out[output], value, t, step, floor=floor)
 
 

@@ -23,8 +23,7 @@ def check_element(bench: Bench, contribution: ElementContribution, weightless: E
     shapes = {"r": (n,), "K": (n, n), "C": (n, n), "M": (n, n), "z_new": (m,)}
     tested = TestedKernel(bench.owner, contribution.kernel, contribution.p, **shapes)
     bare = TestedKernel(bench.owner, weightless.kernel, weightless.p, **shapes)
-    scale = bench.scales(contribution.coordinates)
-    z = np.array(contribution.history, dtype=float)
+    scale, z = bench.scales(contribution.coordinates), np.array(contribution.history, dtype=float)
     for state in bench.states(contribution.coordinates, "t h q v a"):
         full = {**state, "z": z}
         out = tested.checked_call(full)
@@ -97,11 +96,9 @@ def check_other_kernels(
 def round_off_sizes(tested: TestedKernel, state: State, out: Values) -> dict[str, float]:
     """Magnitudes of forces and energies to which round-off is related: coordinates have a round-off of their own."""
     q, v = (float(np.abs(state[name]).max(initial=1.0)) for name in "qv")
-    stiffness = float(np.abs(out["K"]).max())
-    still = np.zeros_like(state["v"])
+    stiffness, still = float(np.abs(out["K"]).max()), np.zeros_like(state["v"])
     rest = float(np.abs(tested({**state, "v": still, "a": still})["r"]).max())
-    stored = (rest + 1e-16 * stiffness * q) * q
-    moved = float(np.abs(out["r"]).max()) + stiffness * q
+    stored, moved = (rest + 1e-16 * stiffness * q) * q, float(np.abs(out["r"]).max()) + stiffness * q
     return {"r": moved, "strain": stored, "gravity": stored, "damping": float(np.abs(out["C"]).sum()) * v * v}
 
 
@@ -223,8 +220,7 @@ def check_control_tangents(bench: Bench, program: Program, contribution: Control
     tested, acting = tested_law(bench, contribution), 0
     for state in _states(bench, program, contribution, columns):
         system = StateEvaluation(program).at(state["q"], state["v"], state["a"], t=state["t"], weights=(0.7, 0.4, 0.0))
-        slopes = system.work.slope[C.slope[C.output[c]] : C.slope[C.output[c + 1]]]
-        if not np.any(slopes):
+        if not np.any(system.work.slope[C.slope[C.output[c]] : C.slope[C.output[c + 1]]]):
             continue
         acting += 1
         _compare(bench, tested, program, state, rows, columns)

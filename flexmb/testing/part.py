@@ -8,15 +8,7 @@ import numpy as np
 
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import KernelError
-from flexmb.model.contributions import (
-    AngleContribution,
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    ControlContribution,
-    ElementContribution,
-    SignalContribution,
-)
+from flexmb.model import contributions as model
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
@@ -51,42 +43,41 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
     A state at which differences do not converge counts as a kink and is left out; a kernel with more than a third of
     such states is refused.  Action = reaction is checked without inertia.
     """
-    program = compile_mechanism(mechanism)
-    part = mechanism.find(part_name)
+    program, part = compile_mechanism(mechanism), mechanism.find(part_name)
     bench = Bench(mechanism, part, seed)
     weightless = part.contributions(replace(mechanism, gravity=(0.0, 0.0)))
     checked: dict[str, set[Any]] = {}
     for contribution, bare in zip(part.contributions(mechanism), weightless, strict=True):
-        if isinstance(contribution, AngleContribution):  # differences of coordinates, without a kernel
+        if isinstance(contribution, model.AngleContribution):  # differences of coordinates, without a kernel
             continue
-        kernel = contribution.gap if isinstance(contribution, ContactContribution) else contribution.kernel
+        kernel = contribution.gap if isinstance(contribution, model.ContactContribution) else contribution.kernel
         checked_p = checked.setdefault(kernel.name, set())
         if contribution.p not in checked_p and len(checked_p) < MOST_PIECES:
             checked_p.add(contribution.p)
             check_piece(bench, contribution, bare)
-        if isinstance(contribution, ControlContribution):
+        if isinstance(contribution, model.ControlContribution):
             check_control_tangents(bench, program, contribution)
     check_pickles(bench, mechanism, part_name, program)
     return bench.report()
 
 
-def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> None:
+def check_piece(bench: Bench, contribution: model.Contribution, weightless: Any) -> None:
     """Check one piece of a part; `weightless` is the same piece without gravity."""
-    if isinstance(contribution, ElementContribution):
+    if isinstance(contribution, model.ElementContribution):
         check_element(bench, contribution, weightless)
         if contribution.factor is not None:
             check_motion(bench, contribution.factor)
-    elif isinstance(contribution, ConstraintContribution):
+    elif isinstance(contribution, model.ConstraintContribution):
         check_constraint(bench, contribution)
         for driven in contribution.motions:
             check_motion(bench, driven.motion)
         if contribution.joint_friction is not None:
             check_joint_friction(bench, contribution, contribution.joint_friction)
-    elif isinstance(contribution, ContactContribution):
+    elif isinstance(contribution, model.ContactContribution):
         check_contact(bench, contribution)
-    elif isinstance(contribution, ControlContribution):
+    elif isinstance(contribution, model.ControlContribution):
         check_control(bench, contribution)
-    elif isinstance(contribution, SignalContribution):
+    elif isinstance(contribution, model.SignalContribution):
         tested = TestedKernel(bench.owner, contribution.kernel, contribution.p)
         for state in bench.states(contribution.coordinates, "t q v a"):
             tested.checked_call(state)
@@ -95,8 +86,7 @@ def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> No
 
 def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: Program) -> None:
     """Check that part, mechanism and program can be sent to another process with the same results."""
-    part = mechanism.find(part_name)
-    copies = {}
+    part, copies = mechanism.find(part_name), {}
     for word, thing in (("part", part), ("mechanism", mechanism), ("program", program)):
         try:
             copies[word] = pickle.loads(pickle.dumps(thing))  # noqa: S301 - written on the same line

@@ -30,7 +30,7 @@ IN_FILES = {
     },
     "flexmb/engine/radau/method.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/engine/radau/step.py": {
-        "ends and stages of a step, in time": "past_lam b to_d to_x to_y",
+        "ends and stages of a step, in time": "past_lam b",
         "coordinates": "Q",
     },
     "flexmb/elastic/planes/cells.py": {"x and y of each node": "change own gain"},

@@ -9,7 +9,7 @@ import pytest
 from nine_bar_study.nine_bar.staggered.elastic import Elastic
 
 from flexmb.engine.compiled.records import Record
-from flexmb.engine.dormand_prince.stages import Stages as DormandPrinceStages
+from flexmb.engine.dormand_prince.step import Stages as DormandPrinceStages
 from flexmb.engine.radau.collocation import Collocation
 from flexmb.engine.sensitivity.linearise import Tangents
 from flexmb.engine.state.flow import Flow, Trial

@@ -88,17 +88,12 @@ def start(*functions: Any) -> None:
     new = [name for name in names if name not in asked]
     asked.update(new)
     names = [name for name in new if name in caches and not caches[name].there()]
-    if names and not running and _saves_time(names[0]):
-        running.append(SecondProcess(names))
-
-
-def _saves_time(name: str) -> bool:
-    """Whether a second process may be started, and ends before this one needs the function `name`."""
-    if config.DISABLE_JIT or shipment or multiprocessing.parent_process() is not None or cores() < 2:
-        return False
+    if not names or running or config.DISABLE_JIT or shipment or multiprocessing.parent_process() or cores() < 2:
+        return
     if not Path(sys.executable or "").stem.lower().startswith("python"):
-        return False  # an application that embeds Python
-    return isinstance(caches[name].of_user, FunctionCache) and not caches[FIRST].there()
+        return  # an application that embeds Python
+    if isinstance(caches[names[0]].of_user, FunctionCache) and not caches[FIRST].there():
+        running.append(SecondProcess(names))
 
 
 def cores() -> int:

@@ -184,8 +184,7 @@ def inverse_masses(program: Program) -> np.ndarray | None:
     n, pattern, evaluation = program.n_q, program.symbolic, StateEvaluation(program)
     rows, columns = pattern.a_rows, pattern.a_cols
     own, diagonal = (rows < n) & (columns < n), rows == columns
-    away = OTHER_POSE * program.sizes * np.cos(np.arange(n))
-    found = []
+    away, found = OTHER_POSE * program.sizes * np.cos(np.arange(n)), []
     for q, v, t in ((program.reference.q, 0.0 * away, 0.0), (program.reference.q + away, away, 1.0)):
         try:
             M = evaluation.at(q, v, t=t, weights=(0.0, 0.0, 1.0)).work.lu[pattern.places]

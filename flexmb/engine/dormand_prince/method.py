@@ -9,16 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb.engine.compiled.records import fitting
-from flexmb.engine.dormand_prince.stages import Stages, new_stages
-from flexmb.engine.dormand_prince.step import add_works, find_accelerations, find_between, find_dense_output, try_step
-from flexmb.engine.newmark.error_control import (
-    accept_or_reject,
-    crosses_jump,
-    growth_factor,
-    misses_jump,
-    shorten_step,
-    update_step_sizes,
-)
+from flexmb.engine.dormand_prince import step as stages
+from flexmb.engine.dormand_prince.complement import complement
+from flexmb.engine.dormand_prince.step import Stages
+from flexmb.engine.newmark import error_control
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
 from flexmb.engine.radau.step import complete_ledger, update_ledger
 from flexmb.engine.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
@@ -56,16 +50,18 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
         if acceptance.finished(options, flow):
             return DONE
         h = acceptance.step_to_try(tables, address, options, flow, trial, work)
-        code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, D)
+        code, error = stages.try_step(tables, address, lu, h, options, flow, trial, work, record, D)
         growth = 1.0
         if options.adaptive:
             if code != RUNNING:
                 error = -1.0
-                shorten_step(h, FAILED_GROWTH, flow, record)
-            missed = code == RUNNING and misses_jump(tables, address, h, options, flow, trial, work, record)
+                error_control.shorten_step(h, FAILED_GROWTH, flow, record)
+            missed = code == RUNNING and error_control.misses_jump(
+                tables, address, h, options, flow, trial, work, record
+            )
             error = -1.0 if missed else error
-            growth = growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
-            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
+            growth = error_control.growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
+            growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING:
             if h <= 1.001 * options.h_min:
@@ -73,9 +69,11 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             continue
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        crossed = options.adaptive and crosses_jump(tables, address, h, options, flow, trial, work, record)
+        crossed = options.adaptive and error_control.crosses_jump(
+            tables, address, h, options, flow, trial, work, record
+        )
         if options.adaptive:
-            update_step_sizes(h, growth, options, flow)
+            error_control.update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
         flow.clock.last_step = 0.0 if crossed else h
         if code != RUNNING:
@@ -90,7 +88,7 @@ def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
     copy(flow.v, trial.v)
     copy(flow.lam, trial.lam)
     t, h = flow.clock.t, options.h_min
-    code = find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, D)
+    code = stages.find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, D)
     copy(trial.a, flow.a)
     copy(trial.lam, flow.lam)
     D.span.foreign = 0
@@ -100,10 +98,9 @@ def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
 @compiled
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
-    t0 = flow.clock.t
-    add_works(tables, address, h, flow, trial, work, record, D)
+    stages.add_works(tables, address, h, flow, trial, work, record, D)
     turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
-    update_ledger(tables, address, t0 + h, turned, flow, trial, work, D)
+    update_ledger(tables, address, flow.clock.t + h, turned, flow, trial, work, D)
     acceptance.adopt_trial(h, flow, trial, work, record)
     acceptance.report_step(tables, address, True, flow, work, record)
     return acceptance.ending(save_between(tables, address, lu, options, flow, trial, work, record, D), flow, record)
@@ -118,9 +115,9 @@ def save_between(tables, address, lu, options, flow, trial, work, record, D):
     while s < 1.0:
         code = RUNNING
         if D.span.dense == 0:
-            code = find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+            code = stages.find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
         if code == RUNNING:
-            code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+            code = stages.find_between(tables, address, lu, s, options, flow, trial, work, record, D)
         if code != RUNNING:
             return code
         # All signals at fraction s of the last step.
@@ -191,7 +188,7 @@ class DormandPrince(Method):
             if z[END] > z[BEGIN]:
                 text = f"{name!r} has a law with a history, which is integrated with its own low order"
                 raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
-        return DormandPrinceStepper(program, new_stages(program))
+        return DormandPrinceStepper(program, stages.new_stages(program, complement=complement(program)))
 
 
 class DormandPrinceStepper(Stepper):

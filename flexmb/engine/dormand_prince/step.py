@@ -3,24 +3,99 @@
 The accelerations of (1.11) make an ordinary differential equation of positions and velocities without constraints.
 Works of drives, dampers and loads are sums over its stages, of the same order.  At the end of the step positions and
 velocities are projected onto the constraints.  Equation (4.19) of docs/theory/integrators.md.
+
+Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
+II.5 (method), II.6 (dense output of order 7) and II.10 (error estimate); the numbers are those of their code DOP853.
 """
+
+from __future__ import annotations
 
 import math
 
-from flexmb.engine.dormand_prince.complement import accelerate_by_complement, factor_complement, project_by_complement
-from flexmb.engine.dormand_prince.stages import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
+import numpy as np
+
+from flexmb.engine.compiled.records import Matrix, Record, Vector
+from flexmb.engine.dormand_prince import complement as masses
 from flexmb.engine.newmark.error_control import find_speeds, largest_error
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
+from flexmb.engine.radau.collocation import StateVectors, Works, state_vectors
 from flexmb.engine.radau.step import CLOSED_SHIFT, LARGE_SHIFT, add_powers, close_joints, has_work, keep_state
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system.evaluate import evaluate
+from flexmb.engine.system.work import from_template
 from flexmb.kernels import compiled, copy
+from flexmb.late import scipy
+from flexmb.program.program import Program
 
 PROJECTIONS = 3  # number of projections with the same factors at most
 # Weight of the square of the error estimate of order 3 beside that of order 5 (Hairer, II.10).
 THIRD_ORDER_SHARE = 0.01
 FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that has a weight
+# Number of stages of a step, and with the end of the step and the three stages of the dense output.
+STEP_STAGES, ALL_STAGES = 12, 16
+# Numbers of the stages that are the start and the end of the step.
+START, END = 0, STEP_STAGES
+FIFTH, THIRD = range(2)  # rows of `Stages.errors`
+
+LEDGER = 11  # number of the energies of a ledger
+DENSE = 7  # number of coefficients of the dense output
+
+
+class Span(Record):
+    """Start and size of the last step [s]; 1 with its dense output, 1 where the state is of another method."""
+
+    start: float
+    size: float
+    dense: int
+    foreign: int
+
+
+class Stages(Record):
+    """Stages of a step, and its workspace."""
+
+    span: Span
+    complement: masses.Complement
+    works: Works
+    old: StateVectors  # old, between: start of the last step, and an instant within it
+    between: StateVectors
+    tableau: Matrix  # (16, 16) weights of the stages f_i = f(t + C_i h, y0 + h sum_j A_ij f_j); row 12: of the step
+    instants: Vector  # (16,) C
+    errors: Matrix  # (2, 12) weights of the error estimates of order 5 and 3
+    weights: Matrix  # (4, 16) weights of the last four coefficients of the dense output
+    Q: Matrix  # Q, V, A: (16, n_q + 3) positions, velocities and accelerations of the stages
+    V: Matrix
+    A: Matrix
+    L: Matrix  # (16, n_c) multipliers
+    rates: Matrix  # (16, 11) rates of the ledger at the stages [W]
+    of_q: Matrix  # of_q, of_v, of_ledger: (7, ...) coefficients of the dense output
+    of_v: Matrix
+    of_ledger: Matrix
+    error_q: Vector  # error_q, error_v: (n_q + 3,) errors, and other sums over the stages
+    error_v: Vector
+    x: Vector  # x, y: (n_q + n_c,), pair : (2 (n_q + n_c),)
+    y: Vector
+    pair: Vector
+    losses: Matrix  # (0, 2) none, since there are no contacts
+    zero: Vector  # (n_q + 3,)
+    signals: Vector  # (n_y,) at an instant within
+
+
+@from_template
+def new_stages(program: Program) -> Stages:
+    """Work arrays for a compiled mechanism."""
+    n, m, method = program.n_q + 3, program.n_c, scipy.integrate.DOP853
+    A = np.zeros((ALL_STAGES, ALL_STAGES))
+    A[:END, :END], A[END, :END], A[END + 1 :] = method.A, method.B, method.A_EXTRA
+    return Stages(
+        span=Span.zeros(), complement=masses.complement(program), works=Works.zeros(), old=state_vectors(program),
+        between=state_vectors(program), tableau=A, instants=np.minimum(A.sum(axis=1), 1.0),
+        errors=np.array([method.E5[:STEP_STAGES], method.E3[:STEP_STAGES]]), weights=method.D.copy(),
+        **dict.fromkeys(("Q", "V", "A"), (ALL_STAGES, n)), L=(ALL_STAGES, m), rates=(ALL_STAGES, LEDGER),
+        **dict.fromkeys(("of_q", "of_v"), (DENSE, n)), of_ledger=(DENSE, LEDGER),
+        **dict.fromkeys(("error_q", "error_v", "zero"), n), **dict.fromkeys(("x", "y"), program.n_q + m),
+        pair=2 * (program.n_q + m), losses=(0, 2), signals=program.tables.sizes.n_y,
+    )  # fmt: skip
 
 
 @compiled
@@ -31,9 +106,9 @@ def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial
         evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
         record.count.evaluations += 1
         record.count.factorisations += 1
-        if factor_complement(D.complement, work.G, initial_hold(flow)):
+        if masses.factor_complement(D.complement, work.G, initial_hold(flow)):
             record.count.held_code = 0
-            return RUNNING if accelerate_by_complement(tables, trial, work, D.complement) else NOT_FINITE
+            return RUNNING if masses.accelerate_by_complement(tables, trial, work, D.complement) else NOT_FINITE
     return accelerate(tables, address, lu, t, fraction, h, D.zero, options, flow, trial, work, record, D)
 
 
@@ -50,9 +125,9 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
         record.count.evaluations += 1
         if iteration == 0:
             record.count.factorisations += 1
-            if not factor_complement(D.complement, work.G, initial_hold(flow)):
+            if not masses.factor_complement(D.complement, work.G, initial_hold(flow)):
                 break
-        largest = project_by_complement(tables, trial, work, D.complement, D.error_q)
+        largest = masses.project_by_complement(tables, trial, work, D.complement, D.error_q)
         if largest <= CLOSED_SHIFT * options.length:
             return RUNNING
         if not largest <= LARGE_SHIFT * options.length:
@@ -63,8 +138,7 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
 @compiled
 def sum_stages(n, weights, h, D, of_q, of_v):
     """Set of_q and of_v to h times the weighted sums of velocities and accelerations of the stages."""
-    of_q[:] = 0.0
-    of_v[:] = 0.0
+    of_q[:] = of_v[:] = 0.0
     for stage in range(weights.shape[0]):
         w = h * weights[stage]
         if w != 0.0:
@@ -90,9 +164,8 @@ def find_stages(tables, address, lu, first, end, options, flow, trial, work, rec
     for stage in range(first, end):
         c = D.instants[stage]
         place_stage(n, stage, h, D, trial.q, trial.v)
-        code = find_accelerations(
-            tables, address, lu, D.span.start + c * h, c, h, options, flow, trial, work, record, D
-        )
+        t = D.span.start + c * h
+        code = find_accelerations(tables, address, lu, t, c, h, options, flow, trial, work, record, D)
         if code != RUNNING:
             return code
         copy(trial.q, D.Q[stage])
@@ -201,8 +274,7 @@ def find_dense_output(tables, address, lu, options, flow, trial, work, record, D
         first_coefficients(i, flow.q[i] - old.q[i], h * old.v[i], h * flow.v[i], D.of_q)
         first_coefficients(i, flow.v[i] - old.v[i], h * old.a[i], h * flow.a[i], D.of_v)
     for i in range(old.ledger.shape[0]):
-        rise = flow.ledger[i] - old.ledger[i]
-        first_coefficients(i, rise, h * D.rates[START, i], h * D.rates[END, i], D.of_ledger)
+        first_coefficients(i, flow.ledger[i] - old.ledger[i], h * D.rates[START, i], h * D.rates[END, i], D.of_ledger)
     D.span.dense = 1
     return code
 
@@ -216,10 +288,9 @@ def first_coefficients(i, rise, begin, end, F):
 @compiled
 def interpolate(n, s, start, F, target):
     """Set target to the dense output at fraction s: start + s (F0 + (1 - s) (F1 + s (F2 + (1 - s) ...)))."""
-    last = F.shape[0] - 1
     for i in range(n):
         value = 0.0
-        for k in range(last, -1, -1):
+        for k in range(F.shape[0] - 1, -1, -1):
             value = (value + F[k, i]) * (s if k % 2 == 0 else 1.0 - s)
         target[i] = start[i] + value
 

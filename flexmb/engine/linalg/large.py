@@ -211,8 +211,7 @@ def _bordered(scaled: sp.sparray) -> sp.linalg.SuperLU:
 
 def largest_singular_value(B: sp.sparray) -> float:
     """Largest singular value, by a power iteration: at least the half of it."""
-    x = np.cos(np.arange(B.shape[1]) ** 2.0)
-    size = 0.0
+    x, size = np.cos(np.arange(B.shape[1]) ** 2.0), 0.0
     for _ in range(10):
         norm = float(np.linalg.norm(x))
         if norm == 0.0:
@@ -233,8 +232,7 @@ def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
     """Solver of A x = b, x and b (n,) or (n, k); `RuntimeError` for a singular A (n, n), of symmetric pattern."""
     # `order` is the order of elimination of the first unknowns; the rest follow.
     order = np.append(order, np.arange(len(order), A.shape[0]))
-    turned = A[order][:, order].tocsc()
-    options = {"SymmetricMode": True}
+    turned, options = A[order][:, order].tocsc(), {"SymmetricMode": True}
     factors = sp.linalg.splu(turned, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options=options)
 
     def solve(b: np.ndarray) -> np.ndarray:
@@ -254,8 +252,7 @@ def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
         solve = solver(A, order)
     except RuntimeError:
         return False
-    inverse = sp.linalg.LinearOperator(A.shape, matvec=solve, rmatvec=solve, dtype=float)
-    return norm_of_inverse(inverse) < REGULAR
+    return norm_of_inverse(sp.linalg.LinearOperator(A.shape, matvec=solve, rmatvec=solve, dtype=float)) < REGULAR
 
 
 def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:

@@ -42,8 +42,7 @@ def surplus_rows(G: Any) -> tuple[int, ...]:
     count, group = sp.csgraph.connected_components(gram, directed=False)
     redundant: list[int] = []
     for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
-        found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
-        redundant += [int(rows[k]) for k in found]
+        redundant += [int(rows[k]) for k in _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)]
     return tuple(sorted(redundant))
 
 
@@ -54,8 +53,7 @@ def dependent_rows(G: Any) -> list[int]:
         return list(redundant)
     dense = G if isinstance(G, np.ndarray) else G.toarray()
     lengths = np.sqrt((dense * dense).sum(axis=1))
-    empty = np.flatnonzero(lengths == 0.0)
-    unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    empty, unit = np.flatnonzero(lengths == 0.0), dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     vectors = np.linalg.svd(unit.T)[2][len(lengths) - len(redundant) :]
     part = np.sqrt((vectors * vectors).sum(axis=0))
     return sorted({*np.flatnonzero(part > IN_COMBINATION * part.max()).tolist(), *empty.tolist()})
@@ -98,5 +96,4 @@ def norm_of_inverse(inverse: Any) -> float:
     """Estimate of the 1-norm of an inverse, by `onenormest` and by one vector that has a part of every other one."""
     # The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
     b = np.cos(np.arange(inverse.shape[0]) ** 2.0)
-    alone = np.abs(inverse.matvec(b)).sum() / np.abs(b).sum()
-    return float(max(alone, sp.linalg.onenormest(inverse)))
+    return float(max(np.abs(inverse.matvec(b)).sum() / np.abs(b).sum(), sp.linalg.onenormest(inverse)))

@@ -58,8 +58,7 @@ def join_panels(parent, ptr, widest, waste, starts, count):
         first, start, end = starts[last], starts[s], starts[s + 1]
         width = end - first
         stored = width * (ptr[end] - ptr[end - 1]) + width * (width - 1) // 2
-        needed = ptr[end] - ptr[first]
-        if not (parent[start - 1] == start and width <= widest and stored - needed <= waste * stored):
+        if not (parent[start - 1] == start and width <= widest and stored - (ptr[end] - ptr[first]) <= waste * stored):
             last += 1
             starts[last] = start
     starts[last + 1] = starts[count]
@@ -137,9 +136,8 @@ class Symbolic:
     def __post_init__(self) -> None:
         place = np.empty(self.n, dtype=np.int64)
         place[self.order] = np.arange(self.n)
-        panel = np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
         object.__setattr__(self, "_place", place)
-        object.__setattr__(self, "_panel", panel)
+        object.__setattr__(self, "_panel", np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts)))
         for entry in fields(self):
             value = getattr(self, entry.name)
             if isinstance(value, np.ndarray):
@@ -220,17 +218,19 @@ def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> S
     >>> arrow.positions([0, 2, -1], [2, 0, 1]).tolist()
     [1, 2, 7]
     """
-    owner = "symbolic"
-    order = np.asarray(order, dtype=np.int64)
+    owner, order = "symbolic", np.asarray(order, dtype=np.int64)
     if order.shape != (n,) or not np.array_equal(np.sort(order), np.arange(n)):
         raise InputError(f"{owner}: order is no permutation of 0 .. {n - 1}; take it from elimination_order.")
     a_rows, a_cols = _pattern(owner, n, rows, cols)
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
     parent, ptr, below = _fill(n, place[a_rows], place[a_cols])
-    starts = _panels(parent, ptr)
-    u = np.diff(ptr)[starts[1:] - 1]
-    w = np.diff(starts)
+    # Panels: equal structures first, then neighbours that cost few zeros.
+    starts, count = np.arange(n + 1), n
+    for waste in (0.0, PANEL_ZEROS) if n else ():
+        count = join_panels(parent, ptr, WIDEST_PANEL, waste, starts, count)
+    starts = starts[: count + 1].copy()
+    u, w = np.diff(ptr)[starts[1:] - 1], np.diff(starts)
     row_ptr = _running(u)
     rows_below = below[np.arange(row_ptr[-1]) + np.repeat(ptr[starts[1:] - 1] - row_ptr[:-1], u)]
     value_ptr, target_ptr = _running(w * (w + 2 * u)), _running(u * u)
@@ -270,14 +270,6 @@ def _fill(n: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.nd
     below = np.empty(ptr[-1], dtype=np.int64)
     list_below(row_ptr, columns, parent, ptr, below, count, mark)
     return parent, ptr, below
-
-
-def _panels(parent: np.ndarray, ptr: np.ndarray) -> np.ndarray:
-    """First places of the panels, and n: equal structures first, then neighbours that cost few zeros."""
-    starts = np.arange(len(ptr))
-    count = join_panels(parent, ptr, WIDEST_PANEL, 0.0, starts, len(parent)) if len(parent) else 0
-    count = join_panels(parent, ptr, WIDEST_PANEL, PANEL_ZEROS, starts, count) if count else 0
-    return starts[: count + 1].copy()
 
 
 def _running(lengths: np.ndarray) -> np.ndarray:

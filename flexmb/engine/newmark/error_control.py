@@ -49,8 +49,7 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
     find_speeds(tables.sizes.n_b, options, flow, trial)
-    of_bend = 2.0 * velocity_constant(scheme) * h * h / (h + h0)
-    worst = 0.0
+    of_bend, worst = 2.0 * velocity_constant(scheme) * h * h / (h + h0), 0.0
     for k in range(0, tables.sizes.n_b, 3):
         of_v = h / (trial.control.rtol * trial.speeds[trial.groups[k]])
         worst = max(worst, node_error(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
@@ -101,8 +100,7 @@ def largest_error(tables, of_q, rtol, x, y, a, flexible, options, flow, trial):
             of_v = 1.0 / (rtol * trial.speeds[trial.groups[k]])
             worst = max(worst, of_v * math.sqrt(y[k] ** 2 + y[k + 1] ** 2), length * of_v * abs(y[k + 2]))
     for i in range(tables.sizes.n_b, tables.sizes.n_q):
-        scale = state_scale(tables, i, trial.v[i], a[i], options, flow)
-        worst = max(worst, abs(y[i]) / (rtol * scale))
+        worst = max(worst, abs(y[i]) / (rtol * state_scale(tables, i, trial.v[i], a[i], options, flow)))
     return worst
 
 

@@ -15,25 +15,8 @@ A step runs through these functions in this order:
 import math
 
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.linalg.lu import (
-    HELD_PIVOT,
-    LOST_PIVOT,
-    ROWS_HELD,
-    factor,
-    first_held_row,
-    held_residual,
-    smallest_pivot,
-    solve,
-    solve_two,
-)
+from flexmb.engine.linalg import lu as elimination
 from flexmb.engine.newmark import jacobian_reuse, predictor
-from flexmb.engine.newmark.jacobian_reuse import (
-    HOLD_WITHIN_STEP,
-    LONGEST_SUSPENSION,
-    MEASURING_INTERVAL,
-    MOST_REUSE_ITERATIONS,
-    REGULAR_PIVOT,
-)
 from flexmb.engine.state import record as codes
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
 from flexmb.kernels import compiled
@@ -68,9 +51,9 @@ def residual_vectors(n, m, kv, options, trial, work):
 def solve_correction(m, lu, values, options, trial):
     """Solve for trial.solution, the correction, and trial.shift, the position shift; values: factors."""
     if m > 0 and options.form == codes.GEAR_GUPTA_LEIMKUHLER:
-        solve_two(lu, values, trial.rhs, trial.gap_rhs, trial.solution, trial.shift, trial.scratch_pair)
+        elimination.solve_two(lu, values, trial.rhs, trial.gap_rhs, trial.solution, trial.shift, trial.scratch_pair)
     else:
-        solve(lu, values, trial.rhs, trial.solution, trial.scratch)
+        elimination.solve(lu, values, trial.rhs, trial.solution, trial.scratch)
 
 
 @compiled
@@ -118,8 +101,7 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
         far_x, far_t = max(q[0] * q[0] + q[1] * q[1], far_x), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
     moved_x, moved_t = math.sqrt(way) + math.sqrt(shift_x), turn + shift_t
     fast_x, far_x = math.sqrt(fast_x), math.sqrt(far_x)
-    far_t = max(far_t, FAR_ALLOWANCE * far_x / options.length)
-    of_states = 0.0
+    far_t, of_states = max(far_t, FAR_ALLOWANCE * far_x / options.length), 0.0
     if n > tables.sizes.n_b:
         of_states = correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial)
     if not math.isfinite(total + of_states):
@@ -161,14 +143,6 @@ def _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial):
     trial.a[i] += ka * d
     trial.last_correction[i] = trial.solution[i]
     return d, shift
-
-
-@compiled
-def is_round_off(n, m, lu, trial, work, record):
-    """Whether a correction that stalls is round-off of forces, or of gaps over the angle between constraint rows."""
-    angle, report = math.sqrt(smallest_pivot(lu, work.lu, trial.pivot_scale, n)) if m > 0 else 1.0, record.report
-    allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
-    return report.correction <= report.tolerance * allowed
 
 
 # Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
@@ -254,7 +228,7 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     if flow.clock.last_step == 0.0:
         predictor.restart_predictor(trial.predictor)
     newton.order = trial.predictor.order
-    newton.measuring = reuse.steps_since_measured >= MEASURING_INTERVAL
+    newton.measuring = reuse.steps_since_measured >= jacobian_reuse.MEASURING_INTERVAL
     own_matrices = n + m <= SMALL_SYSTEM and jacobian_reuse.has_contact_or_friction(trial.slopes)
     newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own_matrices
     newton.may_reuse = True
@@ -290,8 +264,7 @@ def evaluate_trial(tables, address, t, h, kv, ka, with_energies, flow, trial, wo
         predictor.find_newmark_residual(tables.sizes.n_q, h, flow, trial)
         evaluate_accepted(tables, address, t, h, q, v, a, lam, flow.z, trial.mean_v, trial.newmark_residual, work)
     else:
-        matrix = not trial.newton.reusing
-        evaluate(tables, address, t, h, q, v, a, lam, flow.z, 1.0, kv, ka, matrix, work)
+        evaluate(tables, address, t, h, q, v, a, lam, flow.z, 1.0, kv, ka, not trial.newton.reusing, work)
 
 
 @compiled
@@ -302,28 +275,28 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     n, newton = tables.sizes.n_q, trial.newton
     jacobian_reuse.discard_factors(trial.reuse)
     # At first all rows that look redundant are held, so that multipliers stay calm while a singular position is passed.
-    if newton.hold == LOST_PIVOT:
+    if newton.hold == elimination.LOST_PIVOT:
         newton.held = jacobian_reuse.factor_without_redundant(lu, work.lu, newton.hold, n, trial)
     else:
-        newton.held = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, newton.hold)
+        newton.held = elimination.factor(lu, work.lu, trial.pivot_scale, elimination.LOST_PIVOT, n, newton.hold)
     record.count.factorisations += 1
     if newton.held >= 0:
         record.count.lost_pivot = newton.held
         return codes.SINGULAR if math.isfinite(trial.rhs.sum()) else codes.NOT_FINITE
-    if newton.hold != LOST_PIVOT and jacobian_reuse.number_of_held(trial) < trial.left_out.shape[0]:
-        newton.hold = LOST_PIVOT
+    if newton.hold != elimination.LOST_PIVOT and jacobian_reuse.number_of_held(trial) < trial.left_out.shape[0]:
+        newton.hold = elimination.LOST_PIVOT
         return EVALUATE_AGAIN
-    if newton.held == ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):
-        if newton.hold == LOST_PIVOT:  # the rows contradict the others
-            record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
+    if newton.held == elimination.ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):
+        if newton.hold == elimination.LOST_PIVOT:  # the rows contradict the others
+            record.count.lost_pivot = elimination.first_held_row(lu, trial.pivot_scale)
             return codes.SINGULAR
-        newton.hold = LOST_PIVOT
+        newton.hold = elimination.LOST_PIVOT
         return EVALUATE_AGAIN
-    if newton.held == ROWS_HELD and newton.hold == HELD_PIVOT:
-        newton.hold = HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
-    elif newton.held != ROWS_HELD and newton.hold == HELD_PIVOT:
-        pivot = smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
-        pivot *= max(1.0, REGULAR_PIVOT * tables.sizes.n_c)  # some 2/n of a straight chain of n links
+    if newton.held == elimination.ROWS_HELD and newton.hold == elimination.HELD_PIVOT:
+        newton.hold = jacobian_reuse.HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
+    elif newton.held != elimination.ROWS_HELD and newton.hold == elimination.HELD_PIVOT:
+        pivot = elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
+        pivot *= max(1.0, jacobian_reuse.REGULAR_PIVOT * tables.sizes.n_c)  # some 2/n of a straight chain of n links
         jacobian_reuse.register_factors(kv, ka, pivot, trial, work)
     newton.factorisations += 1
     newton.reused = 0
@@ -333,13 +306,13 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
 @compiled
 def held_rows_open(tables, lu, h, options, flow, trial, work):
     """Whether the correction would leave too large a gap in held rows."""
-    left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
+    left = elimination.held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
     if options.form == codes.GEAR_GUPTA_LEIMKUHLER:
         trial.shift[:] = 0.0
         for i in range(tables.sizes.n_c):
             trial.shift[tables.sizes.n_q + i] = -work.g[i]
-        left = max(left, held_residual(lu, work.lu, trial.pivot_scale, trial.shift, trial.scratch))
-    redundant = trial.newton.hold == LOST_PIVOT and trial.left_out.shape[0] > 0
+        left = max(left, elimination.held_residual(lu, work.lu, trial.pivot_scale, trial.shift, trial.scratch))
+    redundant = trial.newton.hold == elimination.LOST_PIVOT and trial.left_out.shape[0] > 0
     return left > jacobian_reuse.allowed_gap(tables, h, options, flow, trial.a, redundant)
 
 
@@ -349,7 +322,7 @@ def stop_reuse(trial):
     newton, reuse = trial.newton, trial.reuse
     newton.reusing, newton.may_reuse = False, newton.factorisations == 0
     if newton.factorisations == 0:  # factors of an earlier step failed: longer after each failure
-        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, LONGEST_SUSPENSION)
+        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, jacobian_reuse.LONGEST_SUSPENSION)
         reuse.suspended_steps = reuse.last_suspension
 
 
@@ -384,7 +357,7 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
     diverging = not size < newton.last_size
     newton.reused += 1
     newton.last_size = size
-    if not contracting or newton.reused >= MOST_REUSE_ITERATIONS:
+    if not contracting or newton.reused >= jacobian_reuse.MOST_REUSE_ITERATIONS:
         stop_reuse(trial)
         if diverging:
             restart_iteration(tables, h, ratio, min(newton.order, 0), scheme, flow, trial)
@@ -402,9 +375,16 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
     converged = size <= (1.0 if number > 1 else negligible)
     if newton.fraction == 1.0 and number > 1 and size < last < math.inf:
         converged = converged or size * size / (last - size) <= 1.0
-    stalled = number > 2 and size > ROUND_OFF_FRACTION * last
-    if converged or (stalled and is_round_off(n, m, lu, trial, work, record)):
-        record.count.held_code = jacobian_reuse.held_code(newton.held == ROWS_HELD, newton.hold == LOST_PIVOT, flow)
+    if not converged and number > 2 and size > ROUND_OFF_FRACTION * last:
+        # A correction that stalls may be round-off of forces, or of gaps over the angle between constraint rows.
+        report, angle = record.report, 1.0
+        if m > 0:
+            angle = math.sqrt(elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n))
+        allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
+        converged = report.correction <= report.tolerance * allowed
+    if converged:
+        held, strict = newton.held == elimination.ROWS_HELD, newton.hold == elimination.LOST_PIVOT
+        record.count.held_code = jacobian_reuse.held_code(held, strict, flow)
         record.count.evaluated = evaluation_code(tables, False, size, work)
         return codes.RUNNING
     newton.last_size = size
@@ -416,7 +396,7 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
     nonlinear = n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION
     nonlinear = nonlinear and jacobian_reuse.has_contact_or_friction(work.slopes)
-    fresh = reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
+    fresh = reuse.age == 1.0 and reuse.smallest_pivot >= jacobian_reuse.REGULAR_PIVOT
     newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE
 

@@ -129,8 +129,7 @@ def update_predictor(tables, h, length, flow, trial, work):
     """Choose the order of the next prediction by the errors in this step, and store the accelerations at its start."""
     # Called before the trial is adopted. length : size of the mechanism [m], by which errors of angles count.
     n, m, predictor, past = tables.sizes.n_q, tables.sizes.n_c, flow.predictor, flow.past
-    last = flow.clock.last_step
-    highest = min(predictor.past_states, PAST_STATES)
+    last, highest = flow.clock.last_step, min(predictor.past_states, PAST_STATES)
     u0, u1, _, _ = lagrange_weights(min(1, highest), h, last, predictor)
     v0, v1, v2, _ = lagrange_weights(min(2, highest), h, last, predictor)
     w0, w1, w2, w3 = lagrange_weights(highest, h, last, predictor)
@@ -155,11 +154,14 @@ def update_predictor(tables, h, length, flow, trial, work):
         past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
         gaps[3, i], gaps[2, i], gaps[1, i] = gaps[2, i], gaps[1, i], gaps[0, i]
         gaps[0, i] = trial.projected_gaps[i] / cube
-    errors = (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
-    predictor.order = best_order(highest, errors, flow)
+    predictor.order = best_order(highest, (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3)), flow)
     predictor.third_last_step, predictor.second_last_step = predictor.second_last_step, last
     predictor.past_states = min(predictor.past_states + 1, PAST_STATES + 1)
-    if last == 0.0 or contact_phase_changed(tables, flow, work):
+    restarts = last == 0.0
+    for c in range(tables.contacts.kernel.shape[0]):  # a contact that opens or closes in this step
+        k = tables.contacts.z[c, COMMON_Z]
+        restarts = restarts or (flow.z[k] == 0.0) != (work.z_new[k] == 0.0)
+    if restarts:
         restart_predictor(predictor)
 
 
@@ -175,13 +177,3 @@ def best_order(highest, errors, flow):
         if error < flow.prediction_errors[best]:
             best = order
     return best
-
-
-@compiled
-def contact_phase_changed(tables, flow, work):
-    """Whether a contact opens or closes in this step."""
-    for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, COMMON_Z]
-        if (flow.z[k] == 0.0) != (work.z_new[k] == 0.0):
-            return True
-    return False

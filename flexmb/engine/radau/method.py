@@ -105,8 +105,7 @@ def contact_within_step(tables, address, flow, trial, work, R):
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
     # The start of the step, and the stages for the prediction of the next step.
-    t0 = flow.clock.t
-    R.step.start, R.step.size = t0, h
+    R.step.start, R.step.size = flow.clock.t, h
     stages.keep_state(flow, R.old)
     copy(flow.a, R.past[0])
     copy(flow.lam, R.past_lam[AT_START])
@@ -121,7 +120,7 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         work.loss[c, LOSS_NORMAL], work.loss[c, LOSS_FRICTION] = normal, friction
         turned += abs(normal) + abs(friction)
     update_episodes(tables, h, options, flow, work, record)
-    stages.update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
+    stages.update_ledger(tables, address, flow.clock.t + h, turned, flow, trial, work, R)
     if not options.adaptive:
         note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     acceptance.adopt_trial(h, flow, trial, work, record)

@@ -13,28 +13,8 @@ from flexmb.engine.linalg.lu import factor_complex, multiply, solve, solve_compl
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, largest_error, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, LEAST_CORRECTION, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initial_hold, take_least_norm
-from flexmb.engine.radau.collocation import (
-    AT_END,
-    AT_START,
-    ELSEWHERE,
-    ESTIMATE,
-    FROM_IM,
-    FROM_RE,
-    FROM_REAL,
-    LAST,
-    MIDDLE,
-    ONCE,
-    PAIR_IM,
-    PAIR_RE,
-    REAL,
-    STAGES,
-    TO_IM,
-    TO_RE,
-    TO_REAL,
-    TWICE,
-    WEIGHTS,
-    C,
-)
+from flexmb.engine.radau import collocation as radau
+from flexmb.engine.radau.collocation import LAST, MIDDLE, STAGES, C
 from flexmb.engine.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system import work as columns
@@ -106,7 +86,7 @@ def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
     # Equation (4.17) of docs/theory/integrators.md.
     n, past = tables.sizes.n_q, C[MIDDLE] * h
     t, Q, V, A, L = flow.clock.t + past, R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE]
-    s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
+    s, a, b = radau.REAL / h, radau.PAIR_RE / h, radau.PAIR_IM / h
     for system in range(3):
         kq = 0.0 if system == 2 else 1.0
         kv = s if system == 0 else (a if system == 1 else b)
@@ -134,16 +114,14 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
     # `runge_kutta.project_state` takes over for a large shift or redundant constraints.
     n, m = tables.sizes.n_q, tables.sizes.n_c
     for iteration in range(STAGES):
-        evaluate(
-            tables, address, t, h, trial.q, trial.v, R.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, iteration == 0, work
-        )
+        q, v, still, first = trial.q, trial.v, R.zero, iteration == 0
+        evaluate(tables, address, t, h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, first, work)
         record.count.evaluations += 1
-        if iteration == 0:
+        if first:
             record.count.factorisations += 1
             if factor_without_redundant(lu, work.lu, initial_hold(flow), n, trial) != -1:
                 break
-        R.x[:] = 0.0
-        R.y[:] = 0.0
+        R.x[:] = R.y[:] = 0.0
         for i in range(m):
             R.x[n + i], R.y[n + i] = -work.g[i], -work.gv[i]
         solve_two(lu, work.lu, R.x, R.y, R.x, R.y, R.pair)
@@ -184,8 +162,8 @@ def reach_stage(n, stage, h, q, v, A, Q, V):
     for i in range(n):
         once, twice = 0.0, 0.0
         for k in range(STAGES):
-            once += ONCE[stage][k] * A[k, i]
-            twice += TWICE[stage][k] * A[k, i]
+            once += radau.ONCE[stage][k] * A[k, i]
+            twice += radau.TWICE[stage][k] * A[k, i]
         V[i] = v[i] + h * once
         Q[i] = q[i] + h * (C[stage] * v[i] + h * twice)
 
@@ -248,13 +226,12 @@ def residuals(tables, address, h, flow, work, record, R):
 def apply_correction(tables, lu, h, options, flow, trial, record, R):
     """Correct all stages; return the sizes of the correction and of its round-off over the tolerance."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
-    to_d, to_x, to_y = TO_REAL, TO_RE, TO_IM
+    s, a, b = radau.REAL / h, radau.PAIR_RE / h, radau.PAIR_IM / h
+    (d0, d1, d2), (x0, x1, x2), (y0, y1, y2) = radau.TO_REAL, radau.TO_RE, radau.TO_IM
     for i in range(n + m):
         r0, r1, r2 = R.b[0, i], R.b[1, i], R.b[2, i]
-        R.d[i] = to_d[0] * r0 + to_d[1] * r1 + to_d[2] * r2
-        R.x[i] = to_x[0] * r0 + to_x[1] * r1 + to_x[2] * r2
-        R.y[i] = to_y[0] * r0 + to_y[1] * r1 + to_y[2] * r2
+        R.d[i], R.x[i] = d0 * r0 + d1 * r1 + d2 * r2, x0 * r0 + x1 * r1 + x2 * r2
+        R.y[i] = y0 * r0 + y1 * r1 + y2 * r2
     for i in range(n, n + m):  # G w = -g'/s; in the complex system (1 + i) G
         R.d[i] /= s
         x, y, square = R.x[i], R.y[i], a * a + b * b
@@ -266,7 +243,7 @@ def apply_correction(tables, lu, h, options, flow, trial, record, R):
         x, y = R.x[i], R.y[i]
         R.x[i], R.y[i] = x - y, x + y
     for stage in range(STAGES):
-        own, along, across = FROM_REAL[stage], FROM_RE[stage], FROM_IM[stage]
+        own, along, across = radau.FROM_REAL[stage], radau.FROM_RE[stage], radau.FROM_IM[stage]
         Q, V, A, L = R.Q[stage], R.V[stage], R.A[stage], R.L[stage]
         for i in range(n):
             d, x, y = R.d[i], R.x[i], R.y[i]
@@ -285,8 +262,7 @@ def apply_correction(tables, lu, h, options, flow, trial, record, R):
 @compiled
 def correction_size(tables, h, options, flow, trial, record, R):
     """Size of the correction, the largest of all nodes, and of its round-off; both over the tolerance."""
-    way, iteration, fast, far_x, far_t = 0.0, 0.0, 0.0, options.length**2, 1.0
-    total = 0.0
+    way, iteration, fast, far_x, far_t, total = 0.0, 0.0, 0.0, options.length**2, 1.0, 0.0
     for stage in range(STAGES):
         for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
             d, q, a = part_of(R.b[stage], i, i + 3), part_of(R.Q[stage], i, i + 3), part_of(R.A[stage], i, i + 3)
@@ -295,11 +271,10 @@ def correction_size(tables, h, options, flow, trial, record, R):
             way, iteration = max(way, near), max(iteration, abs(d[2]))
             fast = max(fast, math.sqrt(a[0] * a[0] + a[1] * a[1]), options.length * abs(a[2]))
             far_x, far_t = max(far_x, q[0] * q[0] + q[1] * q[1]), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
+    of_states, of_round_off = 0.0, 0.0
     if tables.sizes.n_q > tables.sizes.n_b:
         of_states, of_round_off = state_corrections(tables, h, options, flow, trial, R)
-        total += of_states
-    else:
-        of_states, of_round_off = 0.0, 0.0
+    total += of_states
     if not math.isfinite(total):
         return math.inf, 0.0
     wanted = FIXED_STEP_TOLERANCE * h * h * fast
@@ -344,12 +319,12 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, record, R):
     # Positions and velocities count as in `newmark.error_control.error_ratio`.
     # The error of friction with a history, of second order in a run, counts by rtol itself.
     # Equation (4.18) of docs/theory/integrators.md.
-    n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
+    n, m, s = tables.sizes.n_q, tables.sizes.n_c, radau.REAL / h
     for i in range(n):
         q, v = 0.0, 0.0
         for k in range(STAGES):
-            q += ESTIMATE[k] * (R.Q[k, i] - flow.q[i])
-            v += ESTIMATE[k] * (R.V[k, i] - flow.v[i])
+            q += radau.ESTIMATE[k] * (R.Q[k, i] - flow.q[i])
+            v += radau.ESTIMATE[k] * (R.V[k, i] - flow.v[i])
         R.d[i], R.of_v[i] = (flow.v[i] + q / h) / s, (flow.a[i] + v / h) / s
     for i in range(n, n + m):
         R.d[i] = 0.0
@@ -368,8 +343,7 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, record, R):
     find_speeds(tables.sizes.n_b, options, flow, trial)
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
-    rtol = loose * trial.control.rtol
-    worst = largest_error(tables, of_q, rtol, R.x, R.y, trial.a, False, options, flow, trial)
+    worst = largest_error(tables, of_q, loose * trial.control.rtol, R.x, R.y, trial.a, False, options, flow, trial)
     return worst if math.isfinite(worst) else math.inf
 
 
@@ -430,21 +404,19 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
     # joints by Simpson's rule with the middle of the step, since multipliers at the stages are of third order.
     W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
     W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
-    R.losses[:, :] = 0.0
-    R.rates[:, :] = 0.0
+    R.losses[:, :] = R.rates[:, :] = 0.0
     copy(trial.q, Q)
     copy(trial.v, V)
     copy(trial.a, A)
     copy(trial.lam, L)
     t = flow.clock.t
-    start, end, other = R.rates[AT_START], R.rates[AT_END], R.rates[ELSEWHERE]
+    start, end, other = R.rates[radau.AT_START], R.rates[radau.AT_END], R.rates[radau.ELSEWHERE]
     if has_work(tables, flow):
         add_powers(tables, address, t, 0.0, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, start)
         for stage in range(LAST):
-            q, v, a, lam, elapsed = R.Q[stage], R.V[stage], R.A[stage], R.L[stage], C[stage] * h
-            add_powers(
-                tables, address, t + elapsed, elapsed, WEIGHTS[stage] * h, 0.0, q, v, a, lam, flow, work, R, other
-            )
+            q, v, a, lam = R.Q[stage], R.V[stage], R.A[stage], R.L[stage]
+            elapsed, weight = C[stage] * h, radau.WEIGHTS[stage] * h
+            add_powers(tables, address, t + elapsed, elapsed, weight, 0.0, q, v, a, lam, flow, work, R, other)
         find_between(tables, address, lu, t, 0.5, h, Q, V, A, L, options, flow, trial, work, record, R)
         q, v, a, lam, elapsed = trial.q, trial.v, trial.a, trial.lam, 0.5 * h
         add_powers(tables, address, t + elapsed, elapsed, 0.0, h / 1.5, q, v, a, lam, flow, work, R, other)
@@ -453,7 +425,7 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
         copy(A, trial.a)
         copy(L, trial.lam)
         record.count.evaluations += 4
-    add_powers(tables, address, t + h, h, WEIGHTS[LAST] * h, h / 6.0, Q, V, A, L, flow, work, R, end)
+    add_powers(tables, address, t + h, h, radau.WEIGHTS[LAST] * h, h / 6.0, Q, V, A, L, flow, work, R, end)
     record.count.evaluations += 1
 
 
@@ -583,8 +555,7 @@ def has_work(tables, flow):
 @compiled
 def update_ledger(tables, address, t, turned, flow, trial, work, R):
     """Update the ledger to the trial state; `turned`: absolute works of the step [J]."""
-    ledger, balance, W = flow.ledger, flow.balance, R.works
-    power = work.power
+    ledger, balance, W, power = flow.ledger, flow.balance, R.works, work.power
     turned += abs(power.kinetic - ledger[entries.KINETIC]) + abs(power.strain - ledger[entries.STRAIN])
     turned += abs(power.gravity - ledger[entries.GRAVITY])
     ledger[entries.DRIVE] += W.drives

@@ -93,32 +93,27 @@ def add_contact_history(tables, address, c, h, z, T, work):
     """Add the effect of the histories of contact c to T.F and T.z1; store the differences of its forces in T.N, T.T."""
     K, out = tables.contacts, work.contact[c]
     begin, middle, end = K.z[c, at.NORMAL_Z], K.z[c, at.FRICTION_Z], K.z[c, at.Z_END]
-    for i in range(begin, middle):
+    gap, rate, slip, load = out[places.GAP], out[places.GAP_RATE], out[places.SLIP], out[places.NORMAL_FORCE]
+    for i in range(begin, end):
         if not T.z[:, i].any():
             continue
-        eps = difference_step(z[i], z[i], 0.0)
-        T.zs[i] = z[i] + eps
-        more, _, _ = call_normal(tables, address, c, h, out[places.GAP], out[places.GAP_RATE], T.zs, work.z_new)
-        _store_upper_side(begin, middle, work)
-        T.zs[i] = z[i] - eps
-        less, _, _ = call_normal(tables, address, c, h, out[places.GAP], out[places.GAP_RATE], T.zs, work.z_new)
+        normal, first, last = i < middle, begin if i < middle else middle, middle if i < middle else end
+        eps = difference_step(z[i], z[i], 0.0) if normal else difference_step(z[i], h * slip, LEAST_DIFFERENCE)
+        change = 0.0
+        for side in range(2):
+            T.zs[i] = z[i] + eps if side == 0 else z[i] - eps
+            if normal:
+                force, _, _ = call_normal(tables, address, c, h, gap, rate, T.zs, work.z_new)
+            else:
+                force, _, _ = call_friction(tables, address, c, h, slip, load, T.zs, work.z_new)
+            change = force if side == 0 else change - force
+            if side == 0:
+                _store_upper_side(first, last, work)
         T.zs[i] = z[i]
-        _add_difference(begin, middle, T.z[:, i], eps, T, work)
+        _add_difference(first, last, T.z[:, i], eps, T, work)
         for j in range(T.z.shape[0]):
-            T.N[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
-    for i in range(middle, end):
-        if not T.z[:, i].any():
-            continue
-        eps = difference_step(z[i], h * out[places.SLIP], LEAST_DIFFERENCE)
-        T.zs[i] = z[i] + eps
-        more, _, _ = call_friction(tables, address, c, h, out[places.SLIP], out[places.NORMAL_FORCE], T.zs, work.z_new)
-        _store_upper_side(middle, end, work)
-        T.zs[i] = z[i] - eps
-        less, _, _ = call_friction(tables, address, c, h, out[places.SLIP], out[places.NORMAL_FORCE], T.zs, work.z_new)
-        T.zs[i] = z[i]
-        _add_difference(middle, end, T.z[:, i], eps, T, work)
-        for j in range(T.z.shape[0]):
-            T.T[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
+            target = T.N if normal else T.T
+            target[j, c] += change * T.z[j, i] / (2.0 * eps)
     S = work.contact_scratch
     jacobians(out, S)
     slopes, by = work.slopes[c], T.by.contact
@@ -179,8 +174,7 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
         _advance_friction(friction, p, h, out[places.SLIP], out[places.NORMAL_FORCE], z, middle, end, T, work)
     closing = z[first + at.PHASE] == 0.0 and out[places.GAP] <= 0.0 < z[first + at.LAST_GAP] and h > 0.0
     for j in range(T.z.shape[0]):
-        own = T.own[j]
-        later = T.z[j, first + at.ONSET_TIME]
+        own, later = T.own[j], T.z[j, first + at.ONSET_TIME]
         if closing:
             later = _onset_delay(h, first, out[places.GAP], out[places.GAP_RATE], z, T.z[j], own)
         T.z1[j, first + at.PHASE], T.z1[j, first + at.ONSET_TIME] = 0.0, later
@@ -192,8 +186,7 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
 def contact_differences(K, c, out, v, T, work):
     """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c, whose gap data are `out`."""
     slopes, S, by = work.slopes[c], work.contact_scratch, T.local
-    explicit = T.by.contact
-    dofs = part_of(K.dofs, 6 * c, 6 * c + 6)
+    explicit, dofs = T.by.contact, part_of(K.dofs, 6 * c, 6 * c + 6)
     jacobians(out, S)
     for i in range(6):
         work.vl[i] = v[dofs[i]]
@@ -254,8 +247,7 @@ def _onset_delay(h, first, gap, rate, z, dz, own):
     of_gap0, of_gap = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     of_rate0, of_rate = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
     of_last = of_gap0 * dz[first + at.LAST_GAP] + of_rate0 * dz[first + at.LAST_GAP_RATE]
-    value = of_last + of_gap * own[OF_GAP] + of_rate * own[OF_RATE]
-    return -h * value / slope
+    return -h * (of_last + of_gap * own[OF_GAP] + of_rate * own[OF_RATE]) / slope
 
 
 @compiled

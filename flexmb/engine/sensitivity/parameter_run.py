@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.engine.sensitivity.linearise import Tangents, new_tangents
-from flexmb.engine.sensitivity.parameters import Moved, act_differences, parameter_rates, sampled_inputs
+from flexmb.engine.sensitivity.parameters import Moved, act_differences, parameter_rates
 from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.sensitivity.tangent_step import CarryingRun, complete_differences, project_differences
 from flexmb.engine.state.record import NEVER, Options
@@ -43,10 +43,10 @@ class ParameterRun(CarryingRun):
         """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step."""
         # The run has begun at `start`. Signals that sampled controllers read are added to the places.
         program, k = self.program, len(found.q) + 1
-        by = parameter_rates(program, found.numbers, found.steps)
-        self.inputs = sampled_inputs(program)
+        read = [place for sampler in program.samplers for place in sampler.inputs if isinstance(place, int)]
+        self.inputs = np.unique(np.array(read, dtype=np.int64))
         rows = signal_rows(program, k, np.concatenate([places, self.inputs]), due, every=every)
-        self.stepper.tangents = T = new_tangents(program, k, by, rows)
+        self.stepper.tangents = T = new_tangents(program, k, parameter_rates(program, found.numbers, found.steps), rows)
         self.found, self.blocks = found, []
         if program.samplers:
             self.begin(start)  # which lets them act once more, now with differences
@@ -138,5 +138,4 @@ class ParameterRun(CarryingRun):
     def _length(self, T: Tangents) -> float:
         n = self.program.tables.sizes.n_b
         sizes = self.program.sizes[:n]
-        parts = T.q[-1, :n] / sizes, self.time_scale * T.v[-1, :n] / sizes
-        return float(np.linalg.norm(np.concatenate(parts)))
+        return float(np.linalg.norm(np.concatenate([T.q[-1, :n] / sizes, self.time_scale * T.v[-1, :n] / sizes])))

@@ -55,8 +55,8 @@ def control_slopes(program: Program) -> ControlSlopes:
     element = np.full(len(C.owner), -1)
     for e in np.flatnonzero(factor < at.NO_FACTOR):
         element[at.FIRST_OUTPUT - factor[e]] = e
-    total = int(sum(sizes))
     pos, size = np.cumsum([0, *sizes]).astype(np.int64), (len(element), program.tables.sizes.most_dofs)
+    total = int(pos[-1])
     return ControlSlopes(by_q=total, by_v=total, pos=pos, element=element.astype(np.int64), force=size, mass=0.0)
 
 
@@ -173,12 +173,6 @@ def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, wor
 Moved = Sequence[tuple[float, tuple[Sampler, ...]]]
 
 
-def sampled_inputs(program: Program) -> np.ndarray:
-    """Places of the signals that sampled controllers read."""
-    places = [place for sampler in program.samplers for place in sampler.inputs if isinstance(place, int)]
-    return np.unique(np.array(places, dtype=np.int64))
-
-
 def act_differences(
     program: Program, instant: float, y: np.ndarray, z: np.ndarray, dy: np.ndarray, dz: np.ndarray, sizes: np.ndarray,
     moved: Sequence[Moved], *, every: bool,
@@ -271,9 +265,7 @@ def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
     """Add the effect of all parameters to T.F, T.z1, T.N and T.T; set g, gv and contact of T.by."""
     # `add_contacts` and `add_constraints` have been called at the same state.
     by = T.by
-    by.g[:, :] = 0.0
-    by.gv[:, :] = 0.0
-    by.contact[:, :] = 0.0
+    by.g[:, :] = by.gv[:, :] = by.contact[:, :] = 0.0
     for j in range(by.step.shape[0]):
         if by.piece[j + 1] == by.piece[j]:
             continue

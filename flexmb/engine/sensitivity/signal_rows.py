@@ -234,8 +234,7 @@ def _difference_size(tables, options, flow, j, T):
         speed = max(speed, flow.largest_speeds[i] / options.length)
     for i in range(n):
         size = 1.0 if tables.kind[i] == 1 else options.length
-        far = max(far, abs(R.change.q[i]) / size)
-        fast = max(fast, abs(R.change.v[i]) / size)
+        far, fast = max(far, abs(R.change.q[i]) / size), max(fast, abs(R.change.v[i]) / size)
         speed = max(speed, abs(flow.v[i]) / size)
     eps = SMALL_WAY / max(far, 1e-300)
     if speed > 0.0:

@@ -37,20 +37,9 @@ from flexmb.engine.newmark.implicit_step import newmark_coefficients
 from flexmb.engine.newmark.jacobian_reuse import initial_hold
 from flexmb.engine.newmark.method import Newmark, NewmarkStepper, advance
 from flexmb.engine.radau.step import keep_state
+from flexmb.engine.sensitivity import linearise as linearised
 from flexmb.engine.sensitivity.histories import EXCESS, add_turned, complete_turned
-from flexmb.engine.sensitivity.linearise import (
-    ACCELERATION,
-    POSE_DIFFERENCE,
-    SPEED,
-    Tangents,
-    advance_histories,
-    find_jacobian_rate,
-    find_rates,
-    linearise,
-    new_tangents,
-    rate_forces,
-    rows_times,
-)
+from flexmb.engine.sensitivity.linearise import Tangents, linearise, rows_times
 from flexmb.engine.sensitivity.parameters import clear_constraint, move_numbers
 from flexmb.engine.sensitivity.signal_rows import find_slopes_now, keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
@@ -92,11 +81,11 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
         start_differences(n, h, 1.0 if first else h / T.step.before, o, j, T)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
-        find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
+        linearised.find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
     if factor(lu, work.lu, T.seen, LOST_PIVOT, n, initial_hold(flow)) >= 0:
         return TANGENT_LOST
     if T.tau.any():
-        find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.start.z, T, work)
+        linearised.find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.start.z, T, work)
     delta = options.regular.alpha_m - options.regular.alpha_f
     for j in range(T.q.shape[0]):
         if not solve_differences(tables, lu, kv, options, j, T, work):
@@ -106,7 +95,7 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
         lag = 1.0 if flow.clock.last_step == 0.0 else 1.0 + delta if first else kx / ka
         if not settle_accelerations(tables, address, lu, h, WEIGHT_OF_MASS * ka, lag, flow, T, work):
             return TANGENT_LOST
-    advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, T, work)
+    linearised.advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, T, work)
     if T.rows.places.shape[0] > 0:
         write_rows(tables, address, h, options, flow, trial, record, T)
     T.step.last = 0.0 if flow.clock.last_step == 0.0 else h
@@ -168,7 +157,7 @@ def shift_times(tables, address, T, work):
                 T.z[j, i] += part * (T.start.z[i] - T.zp[i])
     s, t = T.start, T.step.start
     linearise(tables, address, t, 0.0, s.q, s.v, s.a, s.lam, s.z, 0.0, 1.0, T, work)
-    advance_histories(tables, address, t, 0.0, s.q, s.v, s.a, s.lam, s.z, T, work)
+    linearised.advance_histories(tables, address, t, 0.0, s.q, s.v, s.a, s.lam, s.z, T, work)
 
 
 @compiled
@@ -199,7 +188,7 @@ def solve_differences(tables, lu, kv, options, j, T, work):
         T.b[:] = 0.0
         if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
             find_shift(tables, lu, kv, j, T, work)
-            rate_forces(tables, kv, T.e, T, work)
+            linearised.rate_forces(tables, kv, T.e, T, work)
             for i in range(n):
                 T.b[i] = T.f[i]
         elif m > 0 and form == VELOCITY:
@@ -230,7 +219,7 @@ def find_gaps(C, j, T, work):
     for c in range(C.kernel.shape[0]):
         for i in range(C.row[c + 1] - C.row[c]):
             row = C.row[c] + i
-            T.gap[row] = T.tau[j] * T.moving[SPEED, row] - rows_times(C, c, work.G, T.U[j], i)
+            T.gap[row] = T.tau[j] * T.moving[linearised.SPEED, row] - rows_times(C, c, work.G, T.U[j], i)
             if j < T.by.g.shape[0]:
                 T.gap[row] -= T.by.g[j, row]
 
@@ -259,7 +248,7 @@ def add_rates(C, n, kv, factor, j, T, work):
             rate = rows_times(C, c, work.G, T.X[j], i) + rows_times(C, c, T.W, T.r, i)
             if j < T.by.g.shape[0]:
                 rate += T.by.gv[j, row]
-            T.b[n + row] += factor * (rate + kv * T.gap[row] - tau * T.moving[ACCELERATION, row])
+            T.b[n + row] += factor * (rate + kv * T.gap[row] - tau * T.moving[linearised.ACCELERATION, row])
 
 
 @compiled
@@ -311,8 +300,7 @@ def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, r
         _, code = context.call_conv.call_function(builder, function, types.int64, kinds, args[1:])
         return code
 
-    given = (tables, address, lu, options, flow, trial, work, record, types.intp)
-    return types.int64(table, *given), codegen
+    return types.int64(table, tables, address, lu, options, flow, trial, work, record, types.intp), codegen
 
 
 @compiled
@@ -433,7 +421,7 @@ class CarryingRun(Run):
 def unpack_differences(program: Program, W: np.ndarray) -> Tangents:
     """The differences W (size, k) as arrays of the compiled loop."""
     n, n_z = program.n_q, program.tables.sizes.n_z
-    T = new_tangents(program, W.shape[1])
+    T = linearised.new_tangents(program, W.shape[1])
     T.q[:, :n], T.v[:, :n], T.z[:] = W[:n].T, W[n : 2 * n].T, W[2 * n : 2 * n + n_z].T
     T.a[:, :n], T.x[:, :n] = W[2 * n + n_z : 3 * n + n_z].T, W[3 * n + n_z :].T
     return T
@@ -451,7 +439,9 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
     n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
     system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian
-    eps = min(most, POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
+    eps = min(
+        most, linearised.POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300)
+    )
     turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
     explicit = np.zeros((2, len(T.q), program.n_c))
     explicit[:, : len(T.by.step)] = T.by.g, T.by.gv
@@ -484,7 +474,7 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     T.a[:, :n] = T.u[:, :n]
     T.x[:] = T.a
     if histories:
-        advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
+        linearised.advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
 
 
 @compiled

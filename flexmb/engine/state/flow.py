@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.engine.compiled.records import Flags, Integers, Matrix, Record, Vector
-from flexmb.engine.system.work import load_forces, new_from_template
+from flexmb.engine.system.work import from_template, load_forces, new_from_template
 from flexmb.program.program import Program, body_groups
 
 PAST_STATES = 3  # number of states before the accepted one that the predictor keeps
@@ -113,12 +113,9 @@ class Flow(Record):
     largest_states: Vector  # (n_q - n_b,) largest absolute values so far of the states of controls
 
 
+@from_template
 def new_flow(program: Program) -> Flow:
     """A state of zeros for a compiled mechanism."""
-    return new_from_template(program, "flow", lambda: _zero_flow(program))
-
-
-def _zero_flow(program: Program) -> Flow:
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Flow(

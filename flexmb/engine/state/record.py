@@ -76,12 +76,6 @@ def new_poses(program: Program, histories: int | None = None) -> Poses:
     return Poses(PoseNumbers(0, 1, 0, 0.0), times=rows, sizes=rows, values=(rows, n_y), z=(rows, n_z))
 
 
-def keep_first(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> None:
-    """Keep the pose at which a run begins, t [s], with all signals (n_y,) and histories (n_z,)."""
-    poses.times[0], poses.sizes[0], poses.values[0], poses.z[0] = t, 0.0, signals, z
-    poses.number.set_numbers(np.array([1, 1, 1, 0.0]))
-
-
 def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
     """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one last."""
     # The present instant t [s] has all signals (n_y,) and histories z (n_z,).

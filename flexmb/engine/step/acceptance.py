@@ -7,14 +7,7 @@ stored energies and measured signals are evaluated there.  Works and losses sinc
 
 import math
 
-import flexmb.engine.energy as entries
-from flexmb.engine.energy import (
-    STEPS_BEFORE_CHECK,
-    check_balance,
-    complete_algorithm_work,
-    contact_losses,
-    update_balance,
-)
+import flexmb.engine.energy as balance
 from flexmb.engine.newmark.predictor import find_newmark_residual
 from flexmb.engine.state import record as codes
 from flexmb.engine.step.contact_events import buffer_may_overflow, note_passed_contacts, planned_step, update_episodes
@@ -47,9 +40,9 @@ def save_instants(tables, address, options, flow, trial, work, record):
         report_forces(tables, lam, work)
         y, energy, power = record.within, tables.sizes.energy, work.power
         write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, y)
-        y[energy + entries.KINETIC], y[energy + entries.STRAIN] = power.kinetic, power.strain
-        y[energy + entries.GRAVITY] = power.gravity
-        for k in range(energy + entries.DRIVE, energy + entries.TURNED_OVER + 1):
+        y[energy + balance.KINETIC], y[energy + balance.STRAIN] = power.kinetic, power.strain
+        y[energy + balance.GRAVITY] = power.gravity
+        for k in range(energy + balance.DRIVE, energy + balance.TURNED_OVER + 1):
             y[k] = (1.0 - s) * old[k] + s * new[k]
         s = save_within(record.within, options, flow, record)
     return buffer_code(record)
@@ -155,9 +148,7 @@ def watch_step(strain, flow, record):
         value = signals[record.low_places[k]]
         if value < record.lows[k, codes.LEAST]:
             record.lows[k, codes.LEAST], record.lows[k, codes.INSTANT] = value, t
-    poses = record.poses
-    last = poses.times.shape[0] - 1
-    number = poses.number
+    last, number, poses = record.poses.times.shape[0] - 1, record.poses.number, record.poses
     if signals[strain] > number.strain:
         number.strain = signals[strain]
         _keep(last, t, flow, record)
@@ -207,7 +198,7 @@ def report_step(tables, address, exact, flow, work, record):
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
     update_peaks(t, signals, record)
-    watch_step(tables.sizes.energy + entries.STRAIN, flow, record)
+    watch_step(tables.sizes.energy + balance.STRAIN, flow, record)
 
 
 @compiled
@@ -219,7 +210,11 @@ def ending(saved, flow, record):
         return saved
     if buffer_may_overflow(flow, record):
         return codes.BUFFER_FULL
-    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else codes.RUNNING
+    return (
+        balance.check_balance(flow.ledger, flow.balance)
+        if flow.balance.steps >= balance.STEPS_BEFORE_CHECK
+        else codes.RUNNING
+    )
 
 
 @compiled
@@ -244,10 +239,10 @@ def update_energies(tables, address, h, options, flow, trial, work, record):
     """Update joint forces, contact intervals and the balance of energies to the trial state."""
     t = flow.clock.t + h
     report_forces(tables, trial.lam, work)
-    complete_algorithm_work(tables.sizes.n_q, flow, trial, work)
-    contact_losses(tables, address, h, flow, trial.q, trial.v, work)
+    balance.complete_algorithm_work(tables.sizes.n_q, flow, trial, work)
+    balance.contact_losses(tables, address, h, flow, trial.q, trial.v, work)
     update_episodes(tables, h, options, flow, work, record)
-    update_balance(
+    balance.update_balance(
         tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.balance, flow.memory, work
     )
 
@@ -325,9 +320,7 @@ def next_step_size(proposed, remaining):
     # No step is stretched by more than round-off, so that an acceptable step stays acceptable, and none is tiny.
     if remaining <= (1.0 + 1e-6) * proposed:
         return remaining
-    if remaining < 2.0 * proposed:
-        return 0.5 * remaining
-    return proposed
+    return 0.5 * remaining if remaining < 2.0 * proposed else proposed
 
 
 @compiled

@@ -14,7 +14,7 @@ import numpy as np
 
 from flexmb.engine.energy import gap_within
 from flexmb.engine.state.flow import CONTACT_MEMORY_SIZE, EPISODE_ROW_SIZE, EPISODE_SIZE, MEMORY_NORMAL, Flow
-from flexmb.engine.state.record import EVALUATED, NEVER, RunRecord
+from flexmb.engine.state.record import EVALUATED, NEVER
 from flexmb.engine.system.contacts import call_normal, find_gap
 from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL
 from flexmb.kernels import compiled
@@ -50,8 +50,11 @@ def update_episodes(tables, h, options, flow, work, record):
         gap, rate, N = work.contact[c, GAP], work.contact[c, GAP_RATE], work.contact[c, NORMAL_FORCE]
         if before == 0.0:
             flow.episodes[c, START] = work.z_new[k + at.ONSET_TIME]
-            gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
-            flow.episodes[c, APPROACH] = speed_at_crossing(h, gap0, rate0, gap, rate)
+            gap0, rate0, approach = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE], -rate
+            if gap0 > 0.0:
+                _, slope = cubic(crossing(h, gap0, rate0, gap, rate), h, gap0, rate0, gap, rate)
+                approach = -slope / h
+            flow.episodes[c, APPROACH] = max(approach, 0.0)  # 0 for a grazing contact
         m, depth = CONTACT_MEMORY_SIZE * c, max(-gap, 0.0)
         flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + MEMORY_NORMAL] + N)
         flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
@@ -63,16 +66,6 @@ def update_episodes(tables, h, options, flow, work, record):
                 write_episode(c, h, before, gap, rate, k, flow, record)
             for i in range(EPISODE_SIZE):
                 flow.episodes[c, i] = 0.0
-
-
-@compiled
-def speed_at_crossing(h, gap0, rate0, gap1, rate1):
-    """Approach speed at the onset [m/s]; 0 for a grazing contact."""
-    if gap0 <= 0.0:
-        return max(-rate1, 0.0)
-    s = crossing(h, gap0, rate0, gap1, rate1)
-    _, slope = cubic(s, h, gap0, rate0, gap1, rate1)
-    return max(-slope / h, 0.0)
 
 
 @compiled
@@ -119,13 +112,6 @@ def start_episodes(tables: Tables, flow: Flow) -> None:
     flow.episodes[closed, START] = flow.episodes[closed, APPROACH] = np.nan
     flow.episodes[closed, PEAK_FORCE] = z[first[closed] + at.LAST_FORCE]
     flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + at.LAST_GAP], 0.0)
-
-
-def take_episodes(record: RunRecord) -> np.ndarray:
-    """Take the recorded rows out of the buffer."""
-    rows = record.episodes[: record.count.episodes].copy()
-    record.count.episodes = 0
-    return rows
 
 
 def running_episodes(tables: Tables, flow: Flow) -> np.ndarray:
@@ -224,9 +210,7 @@ def predicted_onset(tables, c, flow):
     if square <= 0.0:
         return math.inf, 0.0
     speed = math.sqrt(square)
-    if speed <= rate:
-        return math.inf, 0.0
-    return 2.0 * gap / (speed - rate), speed
+    return (math.inf, 0.0) if speed <= rate else (2.0 * gap / (speed - rate), speed)
 
 
 @compiled
@@ -297,8 +281,7 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
     if speed <= slow_approach_speed(c, flow, trial):
         return h
     step = flow.impacts[c, IMPACT_STEP]
-    is_known = step > 0.0
-    long = h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
+    is_known, long = step > 0.0, h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
     if not is_known or (arrival <= ONSET_TOLERANCE * step and long):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
         braking = 0.0 if is_known else own - rate0 - flow.impacts[c, GAP_ACCELERATION] * arrival
@@ -375,8 +358,7 @@ def note_passed_contacts(tables, address, h, options, flow, trial, work, record)
 @compiled
 def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
     """Step for a trial that opens contact c [s]: to just after the separation."""
-    step = flow.impacts[c, IMPACT_STEP]
-    s = crossing(h, -gap0, -rate0, -gap, -rate)
+    step, s = flow.impacts[c, IMPACT_STEP], crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     if step == 0.0 or slope / h <= slow_approach_speed(c, flow, trial) or (1.0 - s) * h <= 0.5 * ONSET_TOLERANCE * step:
         return h

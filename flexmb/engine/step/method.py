@@ -11,16 +11,9 @@ import numpy as np
 from flexmb.engine.compiled import ahead
 from flexmb.engine.energy import RESIDUAL_LIMIT, contact_losses, update_balance
 from flexmb.engine.linalg.lu import LU
+from flexmb.engine.state import record as records
 from flexmb.engine.state.flow import Flow, Trial
-from flexmb.engine.state.record import (
-    GEAR_GUPTA_LEIMKUHLER,
-    RUNNING,
-    Coefficients,
-    Options,
-    RunRecord,
-    new_poses,
-    new_record,
-)
+from flexmb.engine.state.record import RUNNING, Coefficients, Options, RunRecord
 from flexmb.engine.step.acceptance import save_instants
 from flexmb.engine.step.step_size import LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
 from flexmb.engine.system.constraints import report_forces
@@ -100,7 +93,7 @@ class Stepper:
     """
 
     residual_limit = RESIDUAL_LIMIT
-    form = GEAR_GUPTA_LEIMKUHLER
+    form = records.GEAR_GUPTA_LEIMKUHLER
     regular = first = Coefficients(0.0, 0.0, 0.25, 0.5)
 
     def __init__(self, program: Program, stages: Any = None) -> None:
@@ -114,12 +107,12 @@ class Stepper:
 
     def record(self, rows: int, kept: np.ndarray | None = None) -> RunRecord:
         """Buffers for `rows` saved instants of the signals `kept` of `reported` (places; None: all)."""
-        record = new_record(self.reported, rows, kept)
+        record = records.new_record(self.reported, rows, kept)
         if self.reported is self.program:
             return record
-        own = new_record(self.program, 1)
+        own = records.new_record(self.program, 1)
         own_of_step = {name: getattr(own, name) for name in ("held_rows", "last_lam", "last_z", "passed")}
-        return record.replaced(**own_of_step, poses=new_poses(self.reported, self.program.tables.sizes.n_z))
+        return record.replaced(**own_of_step, poses=records.new_poses(self.reported, self.program.tables.sizes.n_z))
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""

@@ -84,9 +84,8 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
         trial.a[i] = trial.solution[i]
     for i in range(m):
         trial.lam[i] += trial.solution[n + i]
-    finite = math.isfinite(trial.solution.sum())
     record.count.held_code = jacobian_reuse.held_code(lost == ROWS_HELD, hold == LOST_PIVOT, flow)
-    return RUNNING if finite else NOT_FINITE
+    return RUNNING if math.isfinite(trial.solution.sum()) else NOT_FINITE
 
 
 @compiled

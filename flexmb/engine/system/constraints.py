@@ -15,10 +15,7 @@ from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, 
 def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
     """Fill work.g, gv, gamma, Gl and G; if `matrix`, put G, G^T and kq H into work.lu.  Add friction to work.r."""
     C = tables.constraints
-    work.g[:] = 0.0
-    work.gv[:] = 0.0
-    work.gamma[:] = 0.0
-    work.G[:] = 0.0
+    work.g[:] = work.gv[:] = work.gamma[:] = work.G[:] = 0.0
     for c in range(C.kernel.shape[0]):
         n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
         dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
@@ -104,8 +101,7 @@ def add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work
 def call_joint_load(tables, address, c, n, lam, work):
     """Call the load kernel of friction in joint c at the gathered coordinates."""
     C, out, H = tables.constraints, work.joint_friction_out, work.joint_friction_curve
-    out[:] = 0.0
-    H[:, :] = 0.0
+    out[:] = H[:, :] = 0.0
     p = part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END])
     load = joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])
     load(p, part_of(work.ql, 0, n), part_of(lam, C.row[c], C.row[c + 1]), out, H)
@@ -135,9 +131,8 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
     for k in range(begin, end):
         if C.motion[k] < 0:
             continue
-        s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(
-            part_of(tables.p, C.motion_p[k, BEGIN], C.motion_p[k, END]), t
-        )
+        p = part_of(tables.p, C.motion_p[k, BEGIN], C.motion_p[k, END])
+        s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(p, t)
         work.g[k] -= s
         work.gv[k] -= s_dot
         work.gamma[k] += s_ddot
@@ -151,15 +146,13 @@ def report_forces(tables, lam, work):
     # Called for accepted states alone, after the last correction of the multipliers.
     C = tables.constraints
     for c in range(C.kernel.shape[0]):
-        row, m = C.row[c], C.row[c + 1] - C.row[c]
-        n = C.dof[c + 1] - C.dof[c]
+        row, m, n = C.row[c], C.row[c + 1] - C.row[c], C.dof[c + 1] - C.dof[c]
         for k in range(2):
             place, force = C.second[c, k], 0.0
             if place >= 0:
                 for i in range(m):
                     force -= work.G[C.pos_g[c] + i * n + place] * lam[row + i]
             work.joint[c, k] = force
-        moment = C.moment[c] if C.moment[c] >= 0 else m - 1
-        work.joint[c, columns.MOMENT] = -lam[row + moment]
+        work.joint[c, columns.MOMENT] = -lam[row + (C.moment[c] if C.moment[c] >= 0 else m - 1)]
     for k in range(lam.shape[0]):
         work.drive[k, columns.DRIVE_FORCE] = -lam[k]

@@ -5,20 +5,11 @@ of a state is r = a - f(t, u, x) with the law f.  Outputs and rates are differen
 the derivatives of the inputs by coordinates and velocities are exact, or differences of the signal's kernel.
 """
 
+from flexmb import kernels
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.system.work import gather
-from flexmb.kernels import (
-    account_at,
-    compiled,
-    control_at,
-    element_at,
-    energy_at,
-    force_at,
-    motion_at,
-    signal_at,
-    tangent_at,
-)
+from flexmb.kernels import compiled
 from flexmb.program import program as at
 
 # Difference of an input or a state relative to its size, and least size, in central differences of a control law.
@@ -88,9 +79,8 @@ def read_inputs(tables, address, c, t, q, v, work):
         elif kind == at.OUTPUT:
             value = work.output[what]
         else:
-            s, speed, _ = motion_at(address.motion, what)(
-                part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t
-            )
+            p = part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END])
+            s, speed, _ = kernels.motion_at(address.motion, what)(p, t)
             value = s if kind == at.MOTION_VALUE else speed
         work.u[j - C.input[c]] = value
     for i in range(C.states[c]):
@@ -109,10 +99,9 @@ def measured(tables, address, j, t, q, v, i, dq, dv, work):
     if i >= 0:
         work.ql[i] += dq
         work.vl[i] += dv
-    return signal_at(address.signal, C.source[j, at.SOURCE_NUMBER])(
-        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t, part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n), part_of(work.al, 0, n),
-    )  # fmt: skip
+    p = part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END])
+    ql, vl, al = part_of(work.ql, 0, n), part_of(work.vl, 0, n), part_of(work.al, 0, n)
+    return kernels.signal_at(address.signal, C.source[j, at.SOURCE_NUMBER])(p, t, ql, vl, al)
 
 
 @compiled
@@ -122,7 +111,7 @@ def call_law(tables, address, c, t, work):
     n_x, n_y = C.states[c], C.output[c + 1] - C.output[c]
     for i in range(n_x + n_y):
         work.law[i] = 0.0
-    control_at(address.control, C.kernel[c])(
+    kernels.control_at(address.control, C.kernel[c])(
         part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]), t, part_of(work.u, 0, C.input[c + 1] - C.input[c]),
         part_of(work.x, 0, n_x), part_of(work.law, 0, n_x), part_of(work.law, n_x, n_x + n_y),
     )  # fmt: skip
@@ -199,8 +188,10 @@ def add_column(rows, n, place, factor, work):
 
 @compiled
 def add_load_tangent(tables, e, n, work):
-    """Add force times derivative of the factor of element e, whose force without the factor is in work.rl."""
+    """Add force times derivative of the factor of element e, if an output; work.rl is the force without the factor."""
     C, output = tables.controls, at.FIRST_OUTPUT - tables.elements.factor[e]
+    if tables.elements.factor[e] >= at.NO_FACTOR:
+        return
     c = C.owner[output]
     m, slope = C.dof[c + 1] - C.dof[c], C.slope[output]
     positions = part_of(C.positions_load, C.pos_load[output], C.pos_load[output + 1])
@@ -239,39 +230,30 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     if tables.controls.kernel.shape[0] > 0:
         evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work)
     for e in range(E.p.shape[0]):
-        n = E.dof[e + 1] - E.dof[e]
         if E.fours[e, at.FOUR_FORCES] >= 0:
             add_four(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work)
             done = e + LANES
-        elif e >= done:
-            add_element(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work)
-
-
-@compiled
-def add_element(tables, address, e, n, t, h, q, v, a, z, kq, kv, ka, matrix, work):
-    """`add_elements` of element e."""
-    E = tables.elements
-    gather_state(E, e, n, q, v, a, work)
-    if (E.tangent[e] if matrix else E.force[e]) < 0:
-        call_element(tables, address, e, n, t, h, z, work)
-        if matrix:
-            for i in range(n * n):
+        if e < done:
+            continue
+        n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
+        gather_state(E, e, n, q, v, a, work)
+        if (E.tangent[e] if matrix else E.force[e]) < 0:
+            call_element(tables, address, e, n, t, h, z, work)
+            for i in range(n * n if matrix else 0):
                 work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
-    elif matrix:
-        call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
-    else:
-        call_force(tables, address, e, n, t, h, z, work)
-    s = load_factor(tables, address, e, t, work)
-    if matrix:
-        positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
-        for i in range(n * n):
-            if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
-                work.lu[positions[i]] += s * work.Kl[i]
-        if E.factor[e] < at.NO_FACTOR:
+        elif matrix:
+            call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
+        else:
+            call_force(tables, address, e, n, t, h, z, work)
+        s = load_factor(tables, address, e, t, work)
+        if matrix:
+            positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
+            for i in range(n * n):
+                if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
+                    work.lu[positions[i]] += s * work.Kl[i]
             add_load_tangent(tables, e, n, work)
-    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
-    for i in range(n):
-        work.r[dofs[i]] += s * work.rl[i]
+        for i in range(n):
+            work.r[dofs[i]] += s * work.rl[i]
 
 
 @compiled
@@ -292,7 +274,7 @@ def add_four(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     gather_lanes(a, dofs, n, work.al)
     p, ql, vl, al, own, r, z_new = element_data(tables, e, e + LANES - 1, size, z, work)
     if matrix:
-        kernel = tangent_at(address.tangent, E.fours[e, at.FOUR_TANGENTS])
+        kernel = kernels.tangent_at(address.tangent, E.fours[e, at.FOUR_TANGENTS])
         kernel(p, t, h, ql, vl, al, own, kq, kv, ka, r, matrix_view(work.Kl, n * n, LANES), z_new)
         positions = part_of(E.positions, E.pos[e], E.pos[e] + n * n * LANES)
         for lane in range(LANES):
@@ -302,7 +284,7 @@ def add_four(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work):
                     if value != 0.0:
                         work.lu[positions[(lane * n + i) * n + j]] += value
     else:
-        force_at(address.force, E.fours[e, at.FOUR_FORCES])(p, t, h, ql, vl, al, own, r, z_new)
+        kernels.force_at(address.force, E.fours[e, at.FOUR_FORCES])(p, t, h, ql, vl, al, own, r, z_new)
     for lane in range(LANES):
         for i in range(n):
             work.r[dofs[lane * n + i]] += work.rl[i * LANES + lane]
@@ -321,7 +303,7 @@ def element_data(tables, e, last, n, z, work):
 def call_force(tables, address, e, n, t, h, z, work):
     """Call the force kernel of element e, without its factor; results in rl, z_new."""
     p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
-    force_at(address.force, tables.elements.force[e])(p, t, h, q, v, a, own, r, z_new)
+    kernels.force_at(address.force, tables.elements.force[e])(p, t, h, q, v, a, own, r, z_new)
 
 
 @compiled
@@ -331,7 +313,7 @@ def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
         work.Kl[i] = 0.0
     p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     A = matrix_view(work.Kl, n, n)
-    tangent_at(address.tangent, tables.elements.tangent[e])(p, t, h, q, v, a, own, kq, kv, ka, r, A, z_new)
+    kernels.tangent_at(address.tangent, tables.elements.tangent[e])(p, t, h, q, v, a, own, kq, kv, ka, r, A, z_new)
 
 
 @compiled
@@ -341,7 +323,7 @@ def call_element(tables, address, e, n, t, h, z, work):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
     p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     K, C, M = matrix_view(work.Kl, n, n), matrix_view(work.Cl, n, n), matrix_view(work.Ml, n, n)
-    element_at(address.element, tables.elements.kernel[e])(p, t, h, q, v, a, own, r, K, C, M, z_new)
+    kernels.element_at(address.element, tables.elements.kernel[e])(p, t, h, q, v, a, own, r, K, C, M, z_new)
 
 
 @compiled
@@ -350,9 +332,8 @@ def load_factor(tables, address, e, t, work):
     E = tables.elements
     if E.factor[e] < 0:
         return 1.0 if E.factor[e] == at.NO_FACTOR else work.output[at.FIRST_OUTPUT - E.factor[e]]
-    s, _, _ = motion_at(address.motion, E.factor[e])(
-        part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END]), t
-    )
+    p = part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END])
+    s, _, _ = kernels.motion_at(address.motion, E.factor[e])(p, t)
     return s
 
 
@@ -361,22 +342,19 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
     """Evaluate the energies of all elements at a state, into work.power."""
     # Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, for the energy that the method dissipates.
     # work.load: forces of elements without energies of their own;  work.momentum: M v.
-    E = tables.elements
-    power = work.power
+    E, power = tables.elements, work.power
     power.kinetic = power.strain = power.gravity = power.damping = power.algorithm = 0.0
     work.momentum[:] = 0.0
     place, done = 0, 0
     if tables.controls.kernel.shape[0] > 0:
         evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for e in range(E.p.shape[0]):
-        n = E.dof[e + 1] - E.dof[e]
-        if e < done:
-            continue
         if E.fours[e, at.FOUR_ACCOUNTS] >= 0:
             account_for_four(tables, address, e, t, h, q, v, a, x, y, z, work)
             done = e + LANES
+        if e < done:
             continue
-        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+        n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
         gather_state(E, e, n, q, v, a, work)
         gather(y, E.dofs, E.dof[e], n, work.yl)
         if E.account[e] >= 0:
@@ -410,7 +388,7 @@ def account_for_four(tables, address, e, t, h, q, v, a, x, y, z, work):
     gather_lanes(y, dofs, n, work.yl)
     p, ql, vl, al, own, r, z_new = element_data(tables, e, e + LANES - 1, size, z, work)
     yl, Mv, My = part_of(work.yl, 0, size), part_of(work.Mvl, 0, size), part_of(work.Myl, 0, size)
-    kernel = account_at(address.account, E.fours[e, at.FOUR_ACCOUNTS])
+    kernel = kernels.account_at(address.account, E.fours[e, at.FOUR_ACCOUNTS])
     strain, gravity, damping = kernel(p, t, h, ql, vl, al, yl, own, r, Mv, My, z_new)
     kinetic, product = 0.0, 0.0
     for lane in range(LANES):
@@ -434,7 +412,7 @@ def call_account_kernel(tables, address, e, n, t, h, z, work):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
     p, q, v, a, own, r, z_new = element_data(tables, e, e, n, z, work)
     y, Mv, My = part_of(work.yl, 0, n), part_of(work.Mvl, 0, n), part_of(work.Myl, 0, n)
-    return account_at(address.account, tables.elements.account[e])(p, t, h, q, v, a, y, own, r, Mv, My, z_new)
+    return kernels.account_at(address.account, tables.elements.account[e])(p, t, h, q, v, a, y, own, r, Mv, My, z_new)
 
 
 @compiled
@@ -456,6 +434,5 @@ def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
             work.load[place + i] = Ma - work.rl[i]
     if E.energy[e] < 0:
         return 0.0, 0.0, 0.0
-    return energy_at(address.energy, E.energy[e])(
-        part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
-    )
+    p = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END])
+    return kernels.energy_at(address.energy, E.energy[e])(p, t, part_of(work.ql, 0, n), part_of(work.vl, 0, n))

@@ -19,8 +19,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
     """Evaluate forces and constraint residuals; if `matrix`, also [[kq (K + H) + kv C + ka M, G^T], [G, 0]]."""
     # q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted [s]. Without the matrix
     # work.lu is unchanged, so that its factors can be reused.
-    work.r[:] = 0.0
-    work.Gl[:] = 0.0
+    work.r[:] = work.Gl[:] = 0.0
     if matrix:
         work.lu[:] = 0.0
     add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work)
@@ -31,8 +30,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
 @compiled
 def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
     """Evaluate forces, histories and energies at a state, without a matrix."""
-    work.r[:] = 0.0
-    work.Gl[:] = 0.0
+    work.r[:] = work.Gl[:] = 0.0
     evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work)
     add_contacts(tables, address, t, h, q, v, z, 0.0, 0.0, False, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 0.0, 0.0, False, work)
@@ -102,8 +100,7 @@ def add_turns(tables, address, behind, q, ahead, v, stride, z, size, given, K, s
     E = tables.elements
     work.lu[:] = 0.0
     for e in range(E.p.shape[0]):
-        n = E.dof[e + 1] - E.dof[e]
-        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+        n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
         if n < 2 * (COORDINATES - 1) or not has_pairs(dofs, n):
             continue
         element_stiffness(tables, address, e, n, behind, v, z, work)

@@ -77,21 +77,13 @@ def _measured(tables, address, t, q, v, a, work, peak, exact, y):
         if S.kernel[k] < 0:
             _extremum(tables, address, t, k, m, -1.0 if exact else peak[out], work, y)
             continue
-        p = part_of(tables.p, S.p[k, BEGIN], S.p[k, END])
         ql, vl, al = part_of(work.ql, 0, m), part_of(work.vl, 0, m), part_of(work.al, 0, m)
-        value = signal_at(address.signal, S.kernel[k])(p, t, ql, vl, al)
-        y[out] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value, work)
-
-
-@compiled
-def _with_factor(tables, address, t, k, value, work):
-    """Value of measured signal k with the factor of its element."""
-    e, use = tables.measured.element[k], tables.measured.use[k]
-    s = load_factor(tables, address, e, t, work)
-    if use == MULTIPLIED:
-        return value * s
-    own = tables.p[tables.elements.p[e, BEGIN]] * s
-    return value + own if use == ADDED else value - own
+        value = signal_at(address.signal, S.kernel[k])(part_of(tables.p, S.p[k, BEGIN], S.p[k, END]), t, ql, vl, al)
+        if S.element[k] >= 0:
+            s = load_factor(tables, address, S.element[k], t, work)
+            own = tables.p[tables.elements.p[S.element[k], BEGIN]] * s
+            value = value * s if S.use[k] == MULTIPLIED else (value + own if S.use[k] == ADDED else value - own)
+        y[out] = value
 
 
 @compiled
@@ -143,13 +135,12 @@ def _reaction(p, C, c, i, v, work, y):
 def _contacts(tables, work, y):
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        k = K.out[c]
-        N, T = work.contact[c, places.NORMAL_FORCE], work.contact[c, places.FRICTION_FORCE]
-        nx, ny = work.contact[c, places.NORMAL_X], work.contact[c, places.NORMAL_Y]
-        y[k + EX], y[k + EY] = work.contact[c, places.ECCENTRICITY_X], work.contact[c, places.ECCENTRICITY_Y]
-        y[k + VEX] = work.contact[c, places.ECCENTRICITY_RATE_X]
-        y[k + VEY] = work.contact[c, places.ECCENTRICITY_RATE_Y]
-        y[k + PENETRATION], y[k + PENETRATION_RATE] = -work.contact[c, places.GAP], -work.contact[c, places.GAP_RATE]
+        k, contact = K.out[c], work.contact[c]
+        N, T = contact[places.NORMAL_FORCE], contact[places.FRICTION_FORCE]
+        nx, ny = contact[places.NORMAL_X], contact[places.NORMAL_Y]
+        y[k + EX], y[k + EY] = contact[places.ECCENTRICITY_X], contact[places.ECCENTRICITY_Y]
+        y[k + VEX], y[k + VEY] = contact[places.ECCENTRICITY_RATE_X], contact[places.ECCENTRICITY_RATE_Y]
+        y[k + PENETRATION], y[k + PENETRATION_RATE] = -contact[places.GAP], -contact[places.GAP_RATE]
         y[k + NORMAL_SIGNAL], y[k + FRICTION_SIGNAL] = N, T
         fx, fy = -N * nx - T * ny, -N * ny + T * nx  # on the second body
         y[k + CONTACT_FX], y[k + CONTACT_FY], y[k + CONTACT_FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)

@@ -50,8 +50,7 @@ class StateEvaluation:
         n, m = self.program.n_q, self.program.n_c
         state = _padded(q, n), _padded(v, n), _padded(a, n)
         lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
-        z = self.program.reference.z if z is None else z
-        z = np.array(z)
+        z = np.array(self.program.reference.z if z is None else z)
         tables, address = self.program.tables, self.program.addresses
         self._instant = Instant(float(t), 0.0, *state, lam, z)
         try:
@@ -244,8 +243,7 @@ def _calls(program: Program, s: Instant) -> Iterator[_Call]:
     for k, (number, extremum) in enumerate(zip(M.kernel, M.extremum, strict=True)):
         dofs = M.dofs[M.dof[k] : M.dof[k + 1]]
         state = s.q[dofs], s.v[dofs], s.a[dofs]
-        name = program.names.signals.names[int(M.out[k])].rpartition(".")[0]
-        p = _numbers(program, M.p[k])
+        name, p = program.names.signals.names[int(M.out[k])].rpartition(".")[0], _numbers(program, M.p[k])
         if number >= 0:
             yield _Call(name, _kernel(program, "signal", number), (p, s.t, *state))
         else:
@@ -272,13 +270,9 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
                 yield read
                 values, raised = read.run()
                 u[j] = np.nan if raised else values[1 if kind == at.MOTION_SPEED else 0]
-        x = s.v[C.dofs[C.dof[c] : C.dof[c] + C.states[c]]]
-        y = np.zeros(end - begin)
-        law = _Call(
-            program.controls[c],
-            _kernel(program, "control", C.kernel[c]),
-            (_numbers(program, C.p[c]), s.t, u, x, np.zeros(len(x)), y),
-        )
+        x, y = s.v[C.dofs[C.dof[c] : C.dof[c] + C.states[c]]], np.zeros(end - begin)
+        arguments = _numbers(program, C.p[c]), s.t, u, x, np.zeros(len(x)), y
+        law = _Call(program.controls[c], _kernel(program, "control", C.kernel[c]), arguments)
         yield law
         law.run()
         outputs[begin:end] = y
@@ -331,9 +325,9 @@ def _constraint_calls(program: Program, s: Instant) -> Iterator[_Call]:
             load = _kernel(program, "joint_friction", C.joint_friction[c, at.LOAD_KERNEL])
             yield _Call(part, load, (p, q, lam, out, np.zeros((n, n))))
             z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
-            slip = float(out[SLIDING : SLIDING + 6] @ v[:6])
-            law = _kernel(program, "friction", C.joint_friction[c, at.SLIDING_LAW])
-            yield _Call(part, law, (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
+            slip, law = float(out[SLIDING : SLIDING + 6] @ v[:6]), C.joint_friction[c, at.SLIDING_LAW]
+            arguments = law_p, s.h, slip, float(out[LOAD]), z, z.copy()
+            yield _Call(part, _kernel(program, "friction", law), arguments)
 
 
 def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:

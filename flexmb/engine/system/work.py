@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from functools import wraps
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
@@ -28,6 +29,13 @@ def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **
         known[key] = make()
     found: R = known[key].twin(**records)
     return found
+
+
+def from_template(make: Callable[[Program], R]) -> Callable[..., R]:
+    """Decorator of a function whose record depends on the structure of a program alone; also with inner `records`."""
+    return wraps(make)(
+        lambda program, **inner: new_from_template(program, make.__name__, lambda: make(program), **inner)
+    )
 
 
 # Values of a list of coordinates, gathered for one element, signal or control
@@ -107,18 +115,15 @@ class Work(Record):
     law_tangent: Vector
 
 
+@from_template
 def workspace(program: Program) -> Work:
     """Workspace for a compiled mechanism."""
-    return new_from_template(program, "work", lambda: _new_workspace(program))
-
-
-def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
     E, C, controls = program.tables.elements, program.tables.constraints, program.tables.controls
     own, of_constraints = np.diff(E.dof), np.diff(C.dof)  # signals have no matrices
     n = max(sizes.most_dofs, FOUR_SIZE * LANES)
     square = max(LANES * FOUR_SIZE**2, int(own.max(initial=0)) ** 2, int(of_constraints.max(initial=0)) ** 2)
-    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
+    n_k, n_g = len(program.tables.contacts.kernel), len(C.kernel)
     inputs, outputs, dofs = (np.diff(x) for x in (controls.input, controls.output, controls.dof))
     rows = controls.states + outputs
     of_controls = {"u": inputs, "x": controls.states, "law": rows, "law_column": rows, "law_tangent": rows * dofs}

@@ -54,8 +54,7 @@ class RigidMotion:
         """Values of B, with their rows and columns."""
         nodes = np.arange(len(self.body))
         pose = q.reshape(-1, 3)[: len(nodes)]
-        arms = pose - pose[self.first[self.body]]
-        column = 3 * self.body
+        arms, column = pose - pose[self.first[self.body]], 3 * self.body
         rows = np.concatenate([3 * nodes, 3 * nodes + 1, 3 * nodes + 2, 3 * nodes, 3 * nodes + 1])
         columns = np.concatenate([column, column + 1, column + 2, column + 2, column + 2])
         ones = np.ones(len(nodes))
@@ -68,8 +67,7 @@ class RigidMotion:
         centre = pose[self.first[self.body]]
         c, s = np.cos(shift[:, 2]), np.sin(shift[:, 2])
         dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
-        x = centre[:, 0] + shift[:, 0] + c * dx - s * dy
-        y = centre[:, 1] + shift[:, 1] + s * dx + c * dy
+        x, y = centre[:, 0] + shift[:, 0] + c * dx - s * dy, centre[:, 1] + shift[:, 1] + s * dx + c * dy
         return np.append(np.column_stack([x, y, pose[:, 2] + self.turns * shift[:, 2]]).ravel(), q[n:])
 
 
@@ -167,8 +165,7 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
 
 def drive_rows(program: Program) -> dict[str, int]:
     """Number of the constraint equation of each drive, or driven coordinate of a clamp."""
-    driven = np.flatnonzero(program.tables.constraints.motion >= 0)
-    return dict(zip(program.drives, map(int, driven), strict=True))
+    return dict(zip(program.drives, map(int, np.flatnonzero(program.tables.constraints.motion >= 0)), strict=True))
 
 
 def close_loops(
@@ -184,11 +181,9 @@ def close_loops(
     shift = np.zeros(program.n_c)
     for name, value in target.items():
         shift[rows[name]] = motion[name] - value
-    ahead = np.zeros(program.n_c)
-    driven = list(rows.values())
+    ahead, driven = np.zeros(program.n_c), list(rows.values())
     ahead[driven] = (g + shift)[driven]
-    strides = max(1, int(np.ceil(np.abs(ahead).max(initial=0.0) / DRIVE_STRIDE)))
-    gap = 0.0
+    strides, gap = max(1, int(np.ceil(np.abs(ahead).max(initial=0.0) / DRIVE_STRIDE))), 0.0
     for k in range(1, strides + 1):
         q, gap = _newton(program, system, rigid, q, shift - ahead * (1.0 - k / strides), t)
     return q, gap

@@ -84,8 +84,7 @@ def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     rigid, rows = RigidMotion(closed), drive_rows(closed)
     system = StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
-    held = np.setdiff1d(np.arange(closed.n_c), list(rows.values()))
-    ways = scipy.linalg.null_space(A[held], rcond=RANK_TOLERANCE)
+    ways = scipy.linalg.null_space(A[np.setdiff1d(np.arange(closed.n_c), list(rows.values()))], rcond=RANK_TOLERANCE)
     if ways.shape[1] == 0:
         return q
     w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
@@ -109,8 +108,7 @@ def least_norm(
         text = f"Start accelerations of {program.name!r}: the matrix is singular"
         raise SolveError(f"{text}. Give every body some mass.")
     a = found[: program.n_q]
-    lam = np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=RANK_TOLERANCE)[0]
-    return a, lam
+    return a, np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=RANK_TOLERANCE)[0]
 
 
 def held_rows(program: Program, work: Work, q: np.ndarray, t: float, redundant: int) -> tuple[int, ...]:
@@ -199,8 +197,7 @@ def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: flo
     v, dofs = v.copy(), np.array(system.program.settled)
     for _ in range(MOST_FRICTION_ITERATIONS):
         rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
-        slope = plain(system.blocks[0])[np.ix_(dofs, dofs)]
-        shift = np.linalg.lstsq(slope, rate, rcond=None)[0]
+        shift = np.linalg.lstsq(plain(system.blocks[0])[np.ix_(dofs, dofs)], rate, rcond=None)[0]
         v[dofs] -= shift
         if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
             return v
@@ -218,10 +215,9 @@ def check_independent(
     if found is None:
         return
     parts, count = found.parts, found.rows + found.excess
-    elsewhere = surplus_rows(system.at(shaken_pose(program, q)).blocks[1])
     listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
     drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
-    if len(elsewhere) < count:
+    if len(surplus_rows(system.at(shaken_pose(program, q)).blocks[1])) < count:
         remedy = "; redundant='least-norm' is for joints that repeat one another in every pose."
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
@@ -353,8 +349,7 @@ def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
     for _ in range(MOST_ROUNDS):
         found: np.ndarray = factors.solve(np.concatenate([np.zeros(n), b - YIELD * s]))
         change, w = float(np.abs(found[:n] - w).max(initial=0.0)), found[:n]
-        s = found[n:]
-        size = float(np.abs(w).max(initial=0.0))
+        s, size = found[n:], float(np.abs(w).max(initial=0.0))
         if change <= 1e-14 * size or (change <= SETTLED_VELOCITY * size and change > 0.5 * before):
             return w
         before = change
@@ -414,8 +409,7 @@ def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple
         q[angles] += WHOLE_TURN * np.round(shift / WHOLE_TURN)
     for _ in range(MOST_PROJECTIONS):
         G = system.at(q, t=t).blocks[1]
-        gap = system.residual
-        far = np.abs(np.where(angles, program.length, 1.0) * q).max(initial=0.0)
+        gap, far = system.residual, np.abs(np.where(angles, program.length, 1.0) * q).max(initial=0.0)
         if np.abs(gap).max(initial=0.0) <= max(CLOSED_GAP * program.length, FAR_GAP * far):
             break
         q = q + shortest_correction(metric, G, -gap)
