@@ -89,7 +89,7 @@ class Rewriter(ast.NodeTransformer):
     Parameters
     ----------
     module : full name of the module.
-    names : place by the name that the module knows a constant by.
+    names : place by the name that the module knows a constant by, "module.NAME" for one of a module that it imports.
     literals : places of literals in this module.
     """
 
@@ -121,6 +121,11 @@ class Rewriter(ast.NodeTransformer):
             return node
         return self._call(self.names[node.id], node)
 
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        """Put a call in the place of a constant of another module."""
+        place = self.names.get(ast.unparse(node)) if self.functions and isinstance(node.ctx, ast.Load) else None
+        return self.generic_visit(node) if place is None else self._call(place, node)
+
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         """Put a call in the place of a literal."""
         path = ".".join(self.inside)
@@ -144,6 +149,10 @@ def rewritten(module: str, source: str, places: Sequence[Place]) -> tuple[ast.Mo
         if isinstance(node, ast.ImportFrom):
             own = {p.name: p for p in places if p.module == node.module and p.literal is None}
             names |= {alias.asname or alias.name: own[alias.name] for alias in node.names if alias.name in own}
+        for alias in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
+            other = f"{node.module}.{alias.name}" if isinstance(node, ast.ImportFrom) else alias.name
+            own = {f"{alias.asname or alias.name}.{p.name}": p for p in places if p.module == other}
+            names |= {name: place for name, place in own.items() if place.literal is None}
     literals = [p for p in places if p.module == module and p.literal is not None]
     if not names and not literals:
         return tree, set()
