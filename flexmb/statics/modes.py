@@ -113,9 +113,10 @@ def fastest_bound(program: Program, states: Sequence[State]) -> float:
     """Bound of all angular frequencies [rad/s] about states; infinite where masses are coupled, and of large models."""
     # Where M is diagonal, omega^2 is at most the largest sum of absolute values in a row of M^-1/2 K M^-1/2: a norm
     # bounds all eigenvalues, and joints, which leave a subspace of the motions, lower the largest one.
-    system, bound, n = StateEvaluation(program), 0.0, program.tables.sizes.n_b
+    n = program.tables.sizes.n_b
     if n > DENSE:
         return math.inf
+    system, bound = StateEvaluation(program), 0.0
     for state in states:
         released = _released(system, state)
         masses = released.M.diagonal()
