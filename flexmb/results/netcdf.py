@@ -167,9 +167,7 @@ def save(sol: Solution, path: str | Path) -> Path:
     if sol.contacts.names:
         # All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`
         names, rows = sol.contacts
-        attrs: dict[str, Any] = {
-            name: {"units": udunits(units), "long_name": long_name(name)} for name, units in COLUMNS
-        }
+        attrs: dict[str, Any] = {key: {"units": udunits(unit), "long_name": long_name(key)} for key, unit in COLUMNS}
         attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
         attrs["mode"] |= {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
         groups[EPISODES] = {name: (("episode",), rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)}, {}
