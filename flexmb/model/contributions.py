@@ -62,7 +62,8 @@ class Ends(NamedTuple):
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The six coordinates of both nodes."""
-        return (*self.first.coordinates, *self.second.coordinates)
+        first, second = self
+        return (*node_coordinates(first.part, first.node), *node_coordinates(second.part, second.node))
 
     @property
     def offsets(self) -> tuple[float, float, float, float]:

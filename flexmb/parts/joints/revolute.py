@@ -105,7 +105,8 @@ def angle_contribution(part: str, mechanism: Mechanism, ends: Ends) -> AngleCont
 
 def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> ConstraintContribution:
     """The two constraint equations of a revolute joint."""
-    own = coincidence_kernel, ends.coordinates, ends.offsets, 2, ends.second.coordinates
+    coordinates = ends.coordinates
+    own = coincidence_kernel, coordinates, ends.offsets, 2, coordinates[3:]
     return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES)
 
 
