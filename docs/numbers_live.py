@@ -12,6 +12,7 @@ A place is a string: "engine.step.contact_events.ONSET_TOLERANCE" for a constant
 
 import ast
 import hashlib
+import importlib
 import importlib.machinery
 import os
 import sys
@@ -144,15 +145,15 @@ class Rewriter(ast.NodeTransformer):
 def rewritten(module: str, source: str, places: Sequence[Place]) -> tuple[ast.Module, set[str]]:
     """The tree of a module that reads its numbers, and which places it met."""
     tree = ast.parse(source)
-    names = {p.name: p for p in places if p.module == module and p.literal is None}
+    held = [p for p in places if p.literal is None]
+    names = {p.name: p for p in held if p.module == module}
     for node in tree.body:
-        if isinstance(node, ast.ImportFrom):
-            own = {p.name: p for p in places if p.module == node.module and p.literal is None}
-            names |= {alias.asname or alias.name: own[alias.name] for alias in node.names if alias.name in own}
         for alias in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
-            other = f"{node.module}.{alias.name}" if isinstance(node, ast.ImportFrom) else alias.name
-            own = {f"{alias.asname or alias.name}.{p.name}": p for p in places if p.module == other}
-            names |= {name: place for name, place in own.items() if place.literal is None}
+            own, home = alias.asname or alias.name, getattr(node, "module", None)
+            other = alias.name if home is None else f"{home}.{alias.name}"
+            found = {own if p.module == home else f"{own}.{p.name}": p for p in held
+                     if p.module == other or (p.module, p.name) == (home, alias.name)}  # fmt: skip
+            names |= found
     literals = [p for p in places if p.module == module and p.literal is not None]
     if not names and not literals:
         return tree, set()
@@ -208,6 +209,8 @@ class Build:
         self.reset()
         _teach_numba()
         sys.meta_path.insert(0, Finder())
+        # A second process would compile the sources as they stand, and no number would change.
+        importlib.import_module("flexmb.engine.compiled.ahead").cores = lambda: 1
 
     def _stamp(self) -> str:
         """A name for these sources with this list; every place has to be met somewhere."""

@@ -1,6 +1,7 @@
 """The list of docs/numbers.md is complete and true; the build that reads numbers at run time; the page."""
 
 import ast
+import subprocess
 import sys
 from numbers import Real
 from pathlib import Path
@@ -109,6 +110,43 @@ def test_other_modules_read_the_same_number(modules):
     source = "from flexmb.engine.linalg.lu import HELD_PIVOT as LEAST\ndef f(x):\n    return x > LEAST\n"
     tree, _ = live.rewritten("flexmb.engine.step.some", source, [live.Place("engine.linalg.lu.HELD_PIVOT", 7)])
     assert "x > _live_read(7)" in ast.unparse(tree)
+
+
+def test_numbers_that_are_read_as_names_of_a_module(modules):
+    live = modules[1]
+    places = [live.Place("engine.linalg.lu.HELD_PIVOT", 7), live.Place("engine.linalg.lu.LOST_PIVOT", 8)]
+    for imported in ("from flexmb.engine.linalg import lu as own", "import flexmb.engine.linalg.lu as own"):
+        source = f"{imported}\ndef f(x):\n    return own.factor(x) > own.HELD_PIVOT\n"
+        tree, met = live.rewritten("flexmb.engine.step.some", source, places)
+        assert "own.factor(x) > _live_read(7)" in ast.unparse(tree)
+        assert met == {"engine.linalg.lu.HELD_PIVOT"}
+
+
+CHANGED = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import numbers_live
+from numbers_list import READ
+build = numbers_live.Build([number.place for number in READ], Path(sys.argv[2]))
+import flexmb as fm
+from flexmb.mechanisms import slider_crank
+steps = lambda: fm.simulate(slider_crank(clearance=5e-4), periods=0.5).stats.steps
+first = steps()
+build.set("engine.step.contact_events.ONSET_TOLERANCE", 0.1)
+second = steps()
+build.reset()
+print(first, second, steps())
+"""
+
+
+@pytest.mark.slow  # the special build is compiled: a minute
+def test_a_number_that_is_changed_changes_a_run(tmp_path):
+    """A second process had compiled the sources as they stand: all numbers changed nothing, to the last bit."""
+    words = [sys.executable, "-c", CHANGED, str(ROOT / "docs"), str(tmp_path)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=600, check=True)
+    first, second, third = map(int, done.stdout.split())
+    assert first == third != second
 
 
 def test_a_count_stays_a_count(modules):

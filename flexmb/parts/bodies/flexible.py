@@ -374,9 +374,10 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node], gravit
         unstressed = unstressed_shape(beam, data)
         depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, gravity)):
-            length, axial, b11, b12, b22, *angles = p[: corotational.ZETA]
             ei, depth = (float(data.ei[k, 0]), float(data.ei[k, 1])), (float(depths[k]), float(depths[k + 1]))
-            own = length, angles[0], angles[1], axial, (b11, b12, b22), ei, depth
+            bending = p[corotational.B11], p[corotational.B12], p[corotational.B22]
+            angles = p[corotational.OFFSET1], p[corotational.OFFSET2]
+            own = p[corotational.LENGTH], *angles, p[corotational.AXIAL], bending, ei, depth
             mass = p[corotational.GRAVITY_X : corotational.BOW11]
             shape = BeamShape(part, beam.nodes[k], beam.nodes[k + 1], *own, mass=mass)
             shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))

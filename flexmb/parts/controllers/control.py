@@ -253,11 +253,10 @@ class DCMotor(Controller):
             raise InputError(f"{text}. Leave it out, or give inductance= in H.")
 
     def control(self) -> ControlContribution:
-        number, inputs = 0.0, list[str | MotionInput]([self.speed])
+        number = 0.0 if isinstance(self.voltage, (str, Motion)) else float(self.voltage)
+        inputs: list[str | MotionInput] = [self.speed]
         if isinstance(self.voltage, (str, Motion)):
             inputs.append(self.voltage if isinstance(self.voltage, str) else MotionInput(self.voltage))
-        else:
-            number = float(self.voltage)
         p = (self.resistance, self.inductance, self.torque_constant, self.gear_ratio, number)
         given = self.name, dc_motor_law, p, tuple(inputs), (name_of(self.load),)
         outputs, units = ("torque", "voltage"), ("N m", "V")

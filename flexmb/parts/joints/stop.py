@@ -250,7 +250,8 @@ class Stop(Part):
             p = joint.line(mechanism)
             return ends.coordinates, [(name, travel_gap_kernel, (side, x, *p)) for name, side, x in self._limits()]
         along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
-        drawn, found = drawn_angle(mechanism, ends), Pieces()
+        drawn = drawn_angle(mechanism, ends)
+        found: Pieces = []
         for name, side, limit in self._limits():
             faces = drawn_direction(mechanism, ends.first, along, limit)
             found.append((name, turn_gap_kernel, (side, limit + drawn, self.radius, *faces, *ends.offsets)))

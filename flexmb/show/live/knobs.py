@@ -94,7 +94,9 @@ def _short(value: Any) -> str:
 class Knobs:
     """All numbers and choices of a model that may vary; `vary`, `fixed` as of `explore`, with ranges beside `vary`."""
 
-    def __init__(self, model: Model, vary: Any, fixed: Mapping[str, Any], ranges: Any = None) -> None:
+    def __init__(
+        self, model: Model, vary: Any, fixed: Mapping[str, Any], ranges: Mapping[str, Any] | None = None
+    ) -> None:
         if not isinstance(model, Mechanism) and not callable(model):
             text = f"{LABEL}: model is {_short(model)}"
             raise InputError(f"{text}; it must be a Mechanism, or a function that returns one.")
