@@ -1,7 +1,5 @@
 """Central differences in place of the derivatives of a law that returns its force alone: five calls of the law."""
 
-from __future__ import annotations
-
 from types import FunctionType
 from typing import Any
 

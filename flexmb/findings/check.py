@@ -1,7 +1,5 @@
 """Examination of a mechanism before it moves, and its report; known causes of failed runs."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Crank-rocker four-bar mechanism with thin, elastic coupler and rocker."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import KW_ONLY
 from functools import partial

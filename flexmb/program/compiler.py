@@ -1,7 +1,5 @@
 """Compiler from a mechanism to a program: check of kernels, period of the drives."""
 
-from __future__ import annotations
-
 import gc
 import math
 from collections.abc import Iterator, Sequence

@@ -10,8 +10,6 @@ The memory is that of the function which calls `scratch`, so it must not be retu
 undefined at first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

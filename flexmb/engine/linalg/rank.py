@@ -1,7 +1,5 @@
 """Rank of the constraint matrix, and its redundant rows."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

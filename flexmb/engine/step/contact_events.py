@@ -6,8 +6,6 @@ motion goes on with the step size of the free flight before.  Impacts slower tha
 resolved.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

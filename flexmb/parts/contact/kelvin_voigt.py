@@ -1,7 +1,5 @@
 """Normal law of Kelvin and Voigt: a spring beside a damper."""
 
-from __future__ import annotations
-
 import math
 from typing import Self
 
