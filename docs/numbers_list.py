@@ -258,6 +258,7 @@ engine.radau.step.ITERATION_FRACTION | 1 | accepted error, rtol^(1/2) | what New
 engine.radau.step.FIXED_STEP_TOLERANCE | 1 | h^2 a | the same for steps of one size
 engine.radau.step.LEAST_TOLERANCE | 1 | h^2 a | least that is asked for
 engine.radau.step.CLOSED_SHIFT | 1 | size of the mechanism | shift onto the joints that is round-off
+engine.radau.step.STALLED_SHIFT | 1 | size of the mechanism | shift that is round-off if it gets no smaller
 engine.radau.step.LARGE_SHIFT | 1 | size of the mechanism | shift that is taken by full projections
 engine.radau.step.STALLED_RATE | 1 | a correction | ratio of corrections that are round-off
 engine.radau.step.ACCELERATION_MISMATCH | 1 | accelerations | difference to interpolated ones that shows stiff forces
@@ -267,7 +268,8 @@ engine.dormand_prince.method.LARGEST_GROWTH | 1 | a step | most that a step of D
 engine.dormand_prince.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
 engine.dormand_prince.method.FAILED_GROWTH | 1 | a step | next trial after one whose stages could not be computed
 engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince
-engine.dormand_prince.step.PROJECTIONS | iterations | nothing | projections with the same factors at most
+engine.dormand_prince.step.PROJECTIONS | iterations | nothing | most projections of a state
+engine.dormand_prince.step.OLD_FACTORS_RATE | 1 | the shift before | shift that asks the next projection for factors
 engine.dormand_prince.complement.OTHER_POSE | 1 | size of the mechanism | distance of a pose in which the masses must be the same
 engine.energy.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 engine.newmark.jacobian_reuse.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status

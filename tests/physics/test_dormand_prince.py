@@ -160,6 +160,26 @@ def test_the_complement_of_the_masses_is_that_of_the_whole_system(mech):
     assert np.abs(exact @ x - b).max() < 1e-9 * np.abs(exact).max() * np.abs(x).max()
 
 
+@pytest.mark.parametrize("links", [10, 100])
+def test_a_step_of_a_chain_is_closed_by_factors_of_the_complement(links):
+    """Factors: eleven of the stages, one or two of the projection, one of the accelerations at its end."""
+    sol = fm.simulate(chain(links), t_end=0.3, method=METHOD, step=fm.Adaptive(rtol=1e-5), save=1)
+    stats = sol.stats
+    at_the_end = stats.factorisations - 11 * (stats.steps + stats.rejected)
+    assert sol.ok
+    assert at_the_end <= 2.5 * stats.steps
+    assert max(np.abs(gap(sol, links)).max(), np.abs(gap(sol, links, "vx", "vy", "omega")).max()) < 1e-12
+
+
+def gap(sol, links, x="x", y="y", theta="theta"):
+    """Distance (2, links - 1) of the ends of neighbours at the end of a chain, or its rate."""
+    at = np.array([[sol.array(f"link{k}.{name}")[-1] for k in range(links)] for name in (x, y, "theta", theta)])
+    arm = 0.5 / links * np.array([np.cos(at[2]), np.sin(at[2])])
+    if theta != "theta":
+        arm = at[3] * np.array([-arm[1], arm[0]])
+    return at[:2, 1:] - arm[:, 1:] - at[:2, :-1] - arm[:, :-1]
+
+
 def test_bodies_whose_masses_are_no_diagonal_take_the_whole_system():
     assert complement(fm.compile(rod())).usable == 0
 

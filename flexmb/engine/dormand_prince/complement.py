@@ -54,7 +54,9 @@ def factor_symmetric(sym, lu, seen, least):
                 own[i] = max(own[i], abs(left * row[i]))
                 for j in range(i, length):
                     other[j] -= left * row[j]
-        if w == 2:
+        if w == 2 and u == 2:
+            _update_2(lu, at, 2, seen, below, targets)
+        elif w == 2:
             _update_2(lu, at, u, seen, below, targets)
         else:
             _update(lu, at, w, u, seen, below, targets)
@@ -247,7 +249,7 @@ def factor_complement(S, G, hold):
     for k in range(S.pairs.shape[0]):
         rows, columns, at = S.pairs[k, FIRST_ROWS], S.pairs[k, SECOND_ROWS], S.pairs[k, POSITION]
         if rows == 2 and columns == 2:  # two pins: numbers that are known let the compiler unroll
-            add_pair(S, G, k, 2, 2, part_of(S.positions, at, at + 4))
+            add_pins(S, G, k)
         else:
             add_pair(S, G, k, rows, columns, part_of(S.positions, at, at + rows * columns))
     return factor_symmetric(S.lu, values, S.seen, hold)
@@ -265,6 +267,21 @@ def add_pair(S, G, k, rows, columns, positions):
             left = G[x + i * p] * inverse
             for j in range(columns):
                 S.values[positions[i * columns + j]] += left * G[y + j * q]
+
+
+@compiled
+def add_pins(S, G, k):
+    """`add_pair` of two pins, in registers."""
+    a, p, b, q = S.pairs[k, FIRST_G], S.pairs[k, FIRST_COLUMNS], S.pairs[k, SECOND_G], S.pairs[k, SECOND_COLUMNS]
+    xx = xy = yx = yy = 0.0
+    for s in range(S.pairs[k, SHARED], S.pairs[k, SHARED_END]):
+        own = part_of(S.common, 3 * s, 3 * s + 3)
+        i, j, inverse = a + own[FIRST_COLUMN], b + own[SECOND_COLUMN], S.flexibility[own[COORDINATE]]
+        x, y, u, v = G[i] * inverse, G[i + p] * inverse, G[j], G[j + q]
+        xx, xy, yx, yy = xx + x * u, xy + x * v, yx + y * u, yy + y * v
+    to = part_of(S.positions, S.pairs[k, POSITION], S.pairs[k, POSITION] + 4)
+    for place, entry in enumerate((xx, xy, yx, yy)):
+        S.values[to[place]] = entry
 
 
 @compiled

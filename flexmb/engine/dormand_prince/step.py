@@ -17,7 +17,7 @@ from flexmb.engine.dormand_prince import complement as masses
 from flexmb.engine.newmark.error_control import find_speeds, largest_error
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import StateVectors, Works, state_vectors
-from flexmb.engine.radau.step import CLOSED_SHIFT, LARGE_SHIFT, add_powers, close_joints, has_work, keep_state
+from flexmb.engine.radau.step import LARGE_SHIFT, add_powers, close_joints, has_work, is_closed, keep_state
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system.evaluate import evaluate
@@ -26,7 +26,8 @@ from flexmb.kernels import compiled, copy
 from flexmb.late import scipy
 from flexmb.program.program import Program
 
-PROJECTIONS = 3  # number of projections with the same factors at most
+PROJECTIONS = 6  # number of projections of a state at most
+OLD_FACTORS_RATE = 1e-2  # shift over the one before, above which the next projection has factors of its own
 # Weight of the square of the error estimate of order 3 beside that of order 5 (Hairer, II.10).
 THIRD_ORDER_SHARE = 0.01
 FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that has a weight
@@ -117,19 +118,21 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
         return RUNNING
     if D.complement.usable == 0 or trial.left_out.shape[0] > 0:
         return close_joints(tables, address, lu, t, h, options, flow, trial, work, record, D)
-    for iteration in range(PROJECTIONS):
+    old, last = False, math.inf
+    for _ in range(PROJECTIONS):
         q, v, still = trial.q, trial.v, D.zero
         evaluate(tables, address, t, h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
         record.count.evaluations += 1
-        if iteration == 0:
+        if not old:
             record.count.factorisations += 1
             if not masses.factor_complement(D.complement, work.G, initial_hold(flow)):
                 break
         largest = masses.project_by_complement(tables, trial, work, D.complement, D.error_q)
-        if largest <= CLOSED_SHIFT * options.length:
+        if is_closed(largest, last, options.length):
             return RUNNING
         if not largest <= LARGE_SHIFT * options.length:
             break
+        old, last = largest < OLD_FACTORS_RATE * last, largest
     return project_state(tables, address, lu, t, h, options, flow, trial, work, record, D)
 
 

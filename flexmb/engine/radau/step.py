@@ -33,8 +33,9 @@ REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
 # Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
 # The error of the method is much less than the accepted error, the more so the smaller rtol is.
 ITERATION_FRACTION = 0.1
-# Projection shift relative to the size of the mechanism: up to the first round-off, above the second large.
-CLOSED_SHIFT, LARGE_SHIFT = 1e-14, 1e-4
+# Projection shift relative to the size of the mechanism: up to the first round-off, up to the second if it gets no
+# smaller (angles of short links), above the third large.
+CLOSED_SHIFT, STALLED_SHIFT, LARGE_SHIFT = 1e-14, 1e-11, 1e-4
 # Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps.
 FIXED_STEP_TOLERANCE, LEAST_TOLERANCE = 1e-10, 1e-15
 # Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
@@ -112,7 +113,7 @@ def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
 def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, R):
     """Project positions and velocities at the end of the step onto the constraints, with least kinetic energy."""
     # `runge_kutta.project_state` takes over for a large shift or redundant constraints.
-    n, m = tables.sizes.n_q, tables.sizes.n_c
+    n, m, last = tables.sizes.n_q, tables.sizes.n_c, math.inf
     for iteration in range(STAGES):
         q, v, still, first = trial.q, trial.v, R.zero, iteration == 0
         evaluate(tables, address, t, h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, first, work)
@@ -130,11 +131,18 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
             trial.q[i] += R.x[i]
             trial.v[i] += R.y[i]
             largest = max(largest, abs(R.x[i]))
-        if largest <= CLOSED_SHIFT * options.length:
+        if is_closed(largest, last, options.length):
             return RUNNING
         if not largest <= LARGE_SHIFT * options.length:
             break
+        last = largest
     return project_state(tables, address, lu, t, h, options, flow, trial, work, record, R)
+
+
+@compiled
+def is_closed(shift, last, length):
+    """Whether a shift is round-off: small, or not much smaller than the one before, `last`."""
+    return shift <= CLOSED_SHIFT * length or 0.1 * last < shift <= STALLED_SHIFT * length
 
 
 @compiled
