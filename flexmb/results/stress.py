@@ -16,7 +16,7 @@ from flexmb.fields import Input, field, not_negative, positive, record, record_w
 from flexmb.late import Late, xr
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.shape import MeshShape
+from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import beam_motion, nearest_to_each, pose, poses, surface, turned, turned_by
 
@@ -69,7 +69,6 @@ class Places(NamedTuple):
 
 def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechanism: Mechanism | None) -> xr.Dataset:
     """Stresses of a flexible body over time; see `Solution.stress`."""
-    # The body of this name, in the mechanism that moved or the given one
     known = moved_mechanism(sol, body, mechanism)
     part = known.find(body)
     if not isinstance(part, ElasticBody):
@@ -110,8 +109,7 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
     """The mechanism that moved, or the given one for a solution that was read from a file."""
     known = sol.mechanism if mechanism is None else mechanism
     if known is None:
-        text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
-        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
+        raise InputError(f"Solution of {sol.name!r}: its file does not know the body {name!r}. Give mechanism=...")
     return known
 
 
@@ -120,6 +118,9 @@ def of_beams(
 ) -> tuple[Places, dict[str, np.ndarray]]:
     """Stresses (n, 3 elements) at the start, in the middle and at the end of all elements."""
     shapes, axial, bending = body.shapes(mechanism), [], []
+    moved = [(s.length, s.axial, s.ei) for s in sol.shapes if isinstance(s, BeamShape) and s.part == body.name]
+    if moved != [(s.length, s.axial, s.ei) for s in shapes]:
+        raise InputError(f"{body.label} is not the one that moved: its beams differ. Give the mechanism that moved.")
     for shape, factor in zip(shapes, np.concatenate([section_factors(b, ALONG) for b in body.beams]), strict=True):
         motion = beam_motion(sol, shape, instants)
         if motion is None:

@@ -36,6 +36,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics import equilibrium
 from flexmb.statics.eigen import DENSE_COORDINATES, is_stable, largest_of, largest_of_pencil, moves_most, null_space
+from flexmb.statics.start.consistent import check_independent
 
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 
@@ -360,6 +361,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     InputError : no load; a structure with stress or open joints in the reference configuration without its loads;
         follower loads, whose stiffness is not symmetric.
     SolveError : a motion that nothing resists (named); the eigensolver did not converge.
+    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration.
 
     Notes
     -----
@@ -416,6 +418,7 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
         if equilibrium.carries(system.at(q, lam=lam)).any():
             return q, lam
     q = np.array(program.reference.q)
+    check_independent(program, q)
     equilibrium.refuse_free_motion(program, system, q)
     system.at(q, weights=(1.0, 0.0, 0.0))
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]

@@ -19,7 +19,6 @@ from flexmb.engine.linalg.dense import bordered_solution
 from flexmb.engine.linalg.large import null_vector, scaled
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import jacobians
-from flexmb.engine.system.outputs import FRICTION_ALONE
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import FORCE_X, FORCE_Y, MOMENT, MOTION_RATE, N_BY_GAP
 from flexmb.errors import InputError, SolveError
@@ -109,8 +108,9 @@ class Equilibrium:
     names: tuple[str, ...] = field("(n_q,) names of the coordinates")
     aliases: dict[str, str] = field("other names of nodes")
     reactions: dict[str, tuple[float, float, float]] = field(
-        "(fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none. What a "
-        "body keeps within itself, such as the rotation of a particle, is no reaction"
+        "(fx, fy, moment) on the second body of every joint, coupling and drive [N, N m], of a `Coupling` of its last "
+        "joint, of teeth without their push apart; moment 0 where it carries none. What a body keeps within itself, as "
+        "the rotation of a particle, is none"
     )
     iterations: int = field("Newton iterations of all load steps")
     spin: float = field("speed of the frame in which the mechanism is at rest, counter-clockwise", "rad/s", default=0.0)
@@ -546,9 +546,12 @@ def _free_motion_error(program: Program, free: str) -> str:
     return f"{text} most is resisted by nothing. Add a joint, a drive or a spring that holds it."
 
 
-def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
+def reactions(
+    program: Program, system: StateEvaluation, lam: np.ndarray, *, driving: bool = False
+) -> dict[str, tuple[float, float, float]]:
     """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
     # Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
+    # `driving`: the last number of a drive is its torque or force.
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
     own, C = set(program.names.bodies), program.tables.constraints
@@ -557,8 +560,11 @@ def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dic
         if name in own:
             continue
         fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
-        has_moment = C.moment[c] >= 0 or C.forces[c] <= FRICTION_ALONE
-        found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
+        turns = C.moment[c] >= 0 or C.second[c, 0] < 0  # what has no force on a second body couples rotations
+        has_moment = turns or (driving and C.motion[C.row[c]] >= 0)
+        last = max(C.reaction[c], C.reaction[c + 1] - 2)  # torque on the last wheel of several, before its power
+        factor = program.tables.p[C.reaction_factor[last]] if turns and last < C.reaction[c + 1] else 1.0
+        found[name] = (float(fx), float(fy), float(factor * moment) if has_moment else 0.0)
     return found
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import jv
 
 import flexmb as fm
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import InputError, ModelError, SolveError
 from flexmb.statics import buckling as module
 
 LENGTH, EI = 2.0, 3.0
@@ -113,6 +113,12 @@ def test_no_load():
 def test_nothing_holds_the_column():
     with pytest.raises(SolveError, match=r"'beam.node\d.\w+' most is resisted by nothing"):
         fm.buckling(cantilever(push, joint=fm.Revolute))
+
+
+def test_joints_that_repeat_one_another_are_named():
+    twice = cantilever(push)
+    with pytest.raises(ModelError, match="'again'"):
+        fm.buckling(twice.with_part(fm.Revolute("again", fm.GROUND, twice.find("beam"), at=(0.0, 0.0))))
 
 
 def test_a_stressed_spring_is_refused():

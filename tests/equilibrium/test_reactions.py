@@ -1,5 +1,7 @@
 """Reactions of an equilibrium in words: forces and moments of joints with their units, no constraints within bodies."""
 
+import pytest
+
 import flexmb as fm
 
 
@@ -35,3 +37,47 @@ def test_a_joint_without_a_moment_shows_its_force_alone():
     pose = fm.static_equilibrium(fm.Mechanism("pendulum", [rod, pin], gravity=(0.0, -9.81)))
     assert "reactions: O 19.62 N" in repr(pose)
     assert "N m" not in repr(pose)
+
+
+def held_wheel(*parts):
+    """A wheel about the origin on a torsion spring, and other parts."""
+    wheel = fm.RigidBody("wheel", at=(0.0, 0.0), mass=2.0, inertia=1.0)
+    axis = fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0))
+    spring = fm.TorsionSpring("k", fm.GROUND, wheel, stiffness=50.0)
+    return fm.static_equilibrium(fm.Mechanism("wheels", [wheel, axis, spring, *(part(wheel) for part in parts)]))
+
+
+def test_couplings_press_their_second_body():
+    """Forces on the second body and no moments of the multiplier: 10 N m at a wheel of 0.2 m are 50 N, once -50 N m."""
+    other = fm.RigidBody("other", at=(0.3, 0.0), mass=2.0, inertia=1.0)
+    loaded = [lambda _: other, lambda _: fm.Revolute("C", fm.GROUND, other, at=(0.3, 0.0))]
+    loaded.append(lambda _: fm.Torque("T", other, 10.0))
+    geared = held_wheel(*loaded, lambda wheel: fm.Gear("G", wheel, other, teeth=(10, 20), pressure_angle=0.0))
+    assert geared.force("G") == pytest.approx((0.0, 50.0, 0.0), abs=1e-9)
+    assert geared.force("G")[:2] == pytest.approx([-force for force in geared.force("C")[:2]], abs=1e-9)
+    coupled = held_wheel(*loaded, lambda _: fm.couplings.Coupling("G", {"O": 1.0, "C": 2.0}))
+    assert coupled.force("G") == pytest.approx((0.0, 0.0, -10.0))  # once -5
+
+    rack = fm.RigidBody("rack", at=(0.0, 0.1), mass=2.0, inertia=1.0)
+    pushed = [lambda _: rack, lambda _: fm.Prismatic("guide", fm.GROUND, rack, along=(1.0, 0.0))]
+    pushed.append(lambda _: fm.Force("F", rack, (0.0, 0.1), (10.0, 0.0)))
+    toothed = held_wheel(*pushed, lambda wheel: fm.couplings.Rack("R", wheel, rack, at=(0.0, 0.1)))
+    slid = held_wheel(*pushed, lambda _: fm.couplings.Coupling("R", {"O": 1.0, "guide": 2.0}))
+    for pose in (toothed, slid):  # once a moment of 10 and -5 N m
+        assert pose.force("R") == pytest.approx((-10.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_a_rod_and_a_drive_along_carry_a_weight_by_forces():
+    """19.62 N upwards; once moments of -19.62 and 19.62 N m. The drive's force of inverse dynamics stays a number."""
+    ball = fm.bodies.PointMass("ball", (0.0, -1.0), 2.0)
+    rod = fm.couplings.Distance("held", fm.GROUND, ball, (0.0, 0.0), (0.0, -1.0))
+    block = fm.RigidBody("block", at=(0.0, 0.0), mass=2.0, inertia=1.0)
+    lift = fm.Drive("held", joint="guide", motion=fm.ConstantSpeed(0.1))
+    driven = [block, fm.Prismatic("guide", fm.GROUND, block, along=(0.0, 1.0)), lift]
+    for parts in ([ball, rod], driven):
+        pose = fm.static_equilibrium(fm.Mechanism("weight", parts, gravity=(0.0, -9.81)))
+        assert pose.force("held") == pytest.approx((0.0, 19.62, 0.0), abs=1e-9)
+        assert "held 19.62 N" in repr(pose)
+        assert "N m" not in repr(pose)
+    needed = fm.inverse_dynamics(fm.Mechanism("weight", driven, gravity=(0.0, -9.81)), [0.0])
+    assert needed.torque("held") == pytest.approx([19.62])

@@ -211,6 +211,9 @@ def test_bad_questions(tmp_path):
     with pytest.raises(InputError, match="Give mechanism="):
         loaded.stress("rod")
     again = loaded.stress("rod", ["end"], mechanism=sol.mechanism, times=[RAMP])
+    other = beam(section=fm.Rectangle(width=0.02, height=0.03))
+    with pytest.raises(InputError, match=r"is not the one that moved: its beams differ. Give the mechanism"):
+        loaded.stress("rod", mechanism=sol.mechanism.with_part(other))
     assert again["von_mises"].equals(sol.stress("rod", ["end"]).isel(time=[-1])["von_mises"])
     assert (loaded.peak("rod.von_mises").node, loaded.peak("rod.von_mises").place) == (0, None)
     assert fm.simulate(sol.mechanism, t_end=1e-3, signals=[]).names == ()

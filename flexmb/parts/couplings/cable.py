@@ -88,8 +88,8 @@ class Distance(PointToPoint):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         ends, tension = self.ends(mechanism), Reaction("force", "N", 0, -1.0)
-        p = (*ends.offsets, planar.distance(self.at, self.to))
-        return [ConstraintContribution(self.name, distance_kernel, ends.coordinates, p, 1, reactions=(tension,))]
+        own = (*ends.offsets, planar.distance(self.at, self.to)), 1, ends.second.coordinates
+        return [ConstraintContribution(self.name, distance_kernel, ends.coordinates, *own, reactions=(tension,))]
 
 
 LARGE_STRETCH = 0.2  # elongation over length above which there is a remark

@@ -190,5 +190,6 @@ class Coupling(Part):
             reactions.append(Reaction(f"{joint.name}_power", "W", 0, factor, rate=speed))
             rate = (angle_rate, coordinates[2::3], ()) if turns else (speed_signal, coordinates, own)
             signals.append(SignalContribution(self.name, speed, "rad/s" if turns else "m/s", *rate))
-        p, told = tuple(numbers), tuple(reactions)
-        return [ConstraintContribution(self.name, coupling_kernel, tuple(places), p, 1, reactions=told), *signals]
+        p, second = (tuple(numbers), 1), None if turns else coordinates[3:]
+        told = tuple(reactions)
+        return [ConstraintContribution(self.name, coupling_kernel, tuple(places), *p, second, reactions=told), *signals]

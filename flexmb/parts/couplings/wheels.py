@@ -266,10 +266,10 @@ class Wheels(Part):
             arm, drawn = angle_of(mechanism, self.arm.name, self.label)
             coordinates = (*coordinates, arm)
         turns = [drawn_theta(mechanism, end) for end in ends]
-        value = radii[0] * turns[0] + radii[1] * turns[1] - sum(radii) * phi
+        level = radii[0] * turns[0] + radii[1] * turns[1] - sum(radii) * phi
         push = JointFriction(along[0], (*offsets, *along[1]), Push(), ("", "")) if along else None
         told = _reactions(radii, -1 if ends.second.part == GROUND.name else 5)
-        own = self.name, rolling_kernel, coordinates, (*radii, *offsets, phi - drawn, value), 1
+        own = self.name, rolling_kernel, coordinates, (*radii, *offsets, phi - drawn, level), 1, ends.second.coordinates
         return ConstraintContribution(*own, joint_friction=push, reactions=told)
 
 
@@ -531,5 +531,6 @@ class Rack(Part):
         p = (*u, *end.offset, 0.0, 0.0, radius, value)
         off = math.copysign(math.tan(self.pressure_angle), radius)
         push = JointFriction(rack_pressure, (-u[1], u[0], *p[2:6], off), Push(), ("", ""))
-        piece = ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)
+        own = self.name, rack_kernel, coordinates, p, 1, end.coordinates
+        piece = ConstraintContribution(*own, reactions=reactions)
         return [replace(piece, joint_friction=push) if off else piece]

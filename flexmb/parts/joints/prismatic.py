@@ -171,7 +171,8 @@ class Prismatic(Guide):
         return [replace(ideal, joint_friction=JointFriction(contact_point.guide_friction, p, self.friction)), *signals]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        own = self.name, travel_kernel, self.ends(mechanism).coordinates, self.line(mechanism), 1
+        ends = self.ends(mechanism)
+        own = self.name, travel_kernel, ends.coordinates, self.line(mechanism), 1, ends.second.coordinates
         return ConstraintContribution(*own, is_drive=True, drive_units=("m", "N"))
 
 
