@@ -109,7 +109,8 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
     """The mechanism that moved, or the given one for a solution that was read from a file."""
     known = sol.mechanism if mechanism is None else mechanism
     if known is None:
-        raise InputError(f"Solution of {sol.name!r}: its file does not know the body {name!r}. Give mechanism=...")
+        text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
+        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
     return known
 
 

@@ -77,7 +77,7 @@ def simulate(
         smooth motion without contacts, the fastest for rigid bodies; `RadauIIA()` for smooth and stiff motion to many
         digits; `RungeKutta4()`, which needs `FixedStep`.
     start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
-        "equilibrium" for the same, or one with `spin`, which turns; None: the reference configuration.
+        "equilibrium" for the same, if stable, or one with `spin`, which turns; None: the reference configuration.
     restart : `restart` of a solution of the same model; with the same step and method the run goes on bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
@@ -315,6 +315,9 @@ def start_at_rest(
         text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
         raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")
     at = start if isinstance(start, Equilibrium) else equilibrium.static_equilibrium(mechanism)
+    if at is not start and at.stable is False:
+        text = f"{label}: start is {EQUILIBRIUM!r}, but the equilibrium is unstable; a run leaves it by round-off alone"
+        raise InputError(f"{text}. Give start=static_equilibrium(...) to begin there, or declared velocities.")
     spin, system = Spin(at.spin, at.about), StateEvaluation(program)
     equilibrium.refuse_other_names(label, program, at)
     equilibrium.refuse_other_forces(label, program, system, at)

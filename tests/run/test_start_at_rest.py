@@ -144,3 +144,16 @@ def test_what_start_may_be():
     other = fm.static_equilibrium(hanging(body=beam("other")))
     with pytest.raises(InputError, match="has a coordinate 'other"):
         fm.simulate(mech, t_end=0.1, start=other)
+
+
+def test_an_unstable_equilibrium_is_no_start_unless_it_is_given():
+    """A pendulum upside down on a spring of 5 N m/rad, less than m g l = 9.81 N m."""
+    rod = fm.RigidLink("rod", (0.0, 0.0), (0.0, 2.0), mass=1.0, inertia=0.1)
+    pin = fm.Revolute("pin", fm.GROUND, rod, at=(0.0, 0.0))
+    spring = fm.TorsionSpring("spring", fm.GROUND, rod, stiffness=5.0)
+    mech = fm.Mechanism("upside down", [rod, pin, spring], gravity=DOWN)
+    with pytest.raises(InputError, match="'upside down': start is 'equilibrium', but the equilibrium is unstable"):
+        fm.simulate(mech, t_end=0.1, start="equilibrium")
+    at = fm.static_equilibrium(mech)
+    assert at.stable is False
+    assert fm.simulate(mech, t_end=0.1, start=at).ok
