@@ -271,7 +271,9 @@ def round_place(p, X, Y, c, s):
                     keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
                 if chain < pieces:
                     _, _, _, _, depth, _, _ = outline_place(p, first, pieces, x, y)
-                    keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
+                    end = first + PIECE_SIZE * (chain - 1)  # behind it, in a hollow corner, the next chain carries
+                    ex, ey, reach = x - p[end + X1], y - p[end + Y1], SAME * p[SCALE] - depth
+                    keep = keep and depth < 0.0 and -away <= reach < math.sqrt(ex * ex + ey * ey)
             best = better(best, place, 0.0, keep)
     if best[GAP] == math.inf:  # the chain is seen by none of the arcs: the distance of a centre, which lies inside
         k = FIRST_ROUND
