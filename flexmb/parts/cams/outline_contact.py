@@ -394,17 +394,16 @@ def check_names(part: Any, contacts: Iterable[str]) -> None:
 
 def piece_numbers(outline: Outline, k: int, node: Node) -> tuple[float, ...]:
     """Numbers of a piece in the frame of a node, as the kernels above read them."""
-    n = len(outline.points)
-    before, after = (k - 1) % n, (k + 1) % n
+    after = (k + 1) % len(outline.points)
     ends = *in_frame(node, outline.points[k]), *in_frame(node, outline.points[after])
-    begin = _mean_normal(outline.directions(before)[1], outline.directions(k)[0], node)
-    end = _mean_normal(outline.directions(k)[1], outline.directions(after)[0], node)
+    begin, end = _mean_normal(outline, k, node), _mean_normal(outline, after, node)
     return (*ends, *in_frame(node, outline.centre(k)), outline.radius(k), *begin, *end)
 
 
-def _mean_normal(a: tuple[float, float], b: tuple[float, float], node: Node) -> tuple[float, float]:
-    """Unit outward normal between two directions of the outline, in the frame of a node."""
-    angle = math.atan2(-a[0] - b[0], a[1] + b[1]) - node.theta
+def _mean_normal(outline: Outline, k: int, node: Node) -> tuple[float, float]:
+    """Unit outward normal between both pieces at point k of the outline, in the frame of a node."""
+    x, y = outline.directions(k)[0]
+    angle = math.atan2(-x, y) - 0.5 * outline.bend(k) - node.theta
     return math.cos(angle), math.sin(angle)
 
 
