@@ -67,7 +67,7 @@ CODES_OF_RUNS: dict[str, tuple[str, str]] = {  # the same of further codes of ru
     "large-deformation": (WARNING, "a reduced body deforms by much of its size; an error beyond half of it"),
     "missing-shapes": (WARNING, "the shapes that a reduced body keeps leave out much of its strain energy"),
     "unreal-motion": (WARNING, "a part moves or pulls as no real one could"),
-    "short-table": (WARNING, "the table of a load ended before the run, and the load went on at its last slope"),
+    "short-table": (WARNING, "the table of a part ended before the run, and went on at its last slope"),
     "left-validity": (WARNING, "a contact law left the range that it is made for"),
     "turbulent-film": (NOTE, "an oil film is not laminar"),
     "slow-onset": (NOTE, "contacts began slower than the law's least approach speed"),

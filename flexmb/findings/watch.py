@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,23 +37,24 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on laws and motions of users, on tables, and on implausible angles and gravity."""
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:
-        for value in vars(part).values():
-            kind: Any = type(value)
-            if _is_tried(kind):
-                try:
-                    findings += _of_law(part.name, value)
-                except TypeError:  # a law with arrays, which is not remembered
-                    findings += _of_law.__wrapped__(part.name, value)
+        for law in filter(_is_tried, _laws(part)):
+            try:
+                findings += _of_law(part.name, law)
+            except TypeError:  # a law with arrays, which is not remembered
+                findings += _of_law.__wrapped__(part.name, law)
     return findings
 
 
-@cache
-def _is_tried(kind: type) -> bool:
-    """Whether a class is one of laws and motions that are not flexmb's own, or that have findings on their numbers."""
-    if not issubclass(kind, Law):
-        return False
-    ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
-    return not ours or kind.findings is not Law.findings
+def _laws(part: Part) -> Iterator[Law]:
+    """Laws and motions among the fields of a part, and among several in one field."""
+    for value in vars(part).values():
+        yield from (one for one in (value if isinstance(value, tuple) else (value,)) if isinstance(one, Law))
+
+
+def _is_tried(law: Law) -> bool:
+    """Whether a law or motion is not of flexmb's own classes, or has findings on its numbers."""
+    kind: Any = type(law)
+    return kind.findings is not Law.findings or kind.kernel.function.__module__.partition(".")[0] != "flexmb"
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -104,9 +105,9 @@ def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: Contac
     yield from _coarse_contacts(motion, contacts)
     for part in mechanism.parts:
         yield from part.answers("findings_after", mechanism, motion)
-        history = vars(part).get("history")  # of loads
-        if isinstance(history, Motion):
-            yield from history.findings_beyond(part.name, float(motion.times[-1]))
+        for law in _laws(part):
+            if isinstance(law, Motion):
+                yield from law.findings_beyond(part.name, float(motion.times[-1]))
     if motion.peak("energy.kinetic")[0] == 0.0 and mechanism.bodies and not any(mechanism.gravity):
         yield found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)
 

@@ -213,7 +213,7 @@ class Motion(Law):
         return None
 
     def findings_beyond(self, part: str, t: float) -> Iterable[Finding]:  # noqa: ARG002 - of tables alone
-        """Findings on the history of a load, `part`, in a run that came to the instant `t` [s]."""
+        """Findings on the motion of a load or other `part` in a run that came to the instant `t` [s]."""
         return ()
 
     def longest_chord(self, begin: float, end: float) -> float:

@@ -124,7 +124,7 @@ def _places_of_motion(label: str, solution: Solution, program: Program) -> np.nd
         raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
     given = solution.restart.get("model")
     if given is not None and not np.array_equal(given[:2], program.fingerprint[:2]):
-        raise InputError(f"{label}: the solution is one of other parts or numbers. Give the mechanism that was simulated.")
+        raise InputError(f"{label}: the solution is of other parts or numbers. Give the mechanism that moved.")
     n, n_b = program.n_q, program.tables.sizes.n_b
     needed = (*known.names[:n_b], *known.names[n : n + n_b])
     missing = [name for name in needed if name not in places]

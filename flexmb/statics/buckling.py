@@ -419,7 +419,8 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
             return q, lam
     q = np.array(program.reference.q)
     check_independent(program, q)
-    equilibrium.refuse_free_motion(program, system, q)
+    if free := equilibrium.unresisted(program, system, q):
+        raise SolveError(equilibrium.free_motion_error(program, free))
     system.at(q, weights=(1.0, 0.0, 0.0))
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
     step = np.abs(step) / program.sizes

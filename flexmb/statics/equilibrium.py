@@ -195,6 +195,25 @@ def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
     return found[:n, :n].tocsc()
 
 
+BENT = 0.1  # difference of a gap from its tangents over the way along them, up to which nothing was passed through
+LEAST_BENT = 1e-6  # the same over the size of the mechanism
+
+
+def passes_through(system: StateEvaluation, q: np.ndarray, ahead: np.ndarray) -> bool:
+    """Whether the way from q (n_q,) to a pose ahead may lead through a contact, by tangents of its gap at both ends."""
+    # Straight on into a convex body its tangent plane is crossed first; beyond the body the gap grows again.
+    moved = np.append(ahead - q, np.zeros(3))[system.program.tables.contacts.dofs.reshape(-1, 6)]
+    (gap, change, way), rows = np.zeros((3, 2, len(moved))), np.zeros((2, 6))
+    for end, pose in enumerate((q, ahead) if len(moved) else ()):
+        for k, out in enumerate(system.at(pose).work.contact[: len(moved), :GAP_SIZE]):
+            jacobians(out, rows)
+            gap[end, k], change[end, k] = out[at.GAP], rows[at.NORMAL] @ moved[k]
+            way[end, k] = np.abs(rows * moved[k]).sum()
+    least = BENT * way.max(axis=0) + LEAST_BENT * system.program.length
+    nearest = np.minimum(gap[0] + change[0], gap[1] - change[1])
+    return bool(((nearest < least) & (abs(gap[1] - gap[0] - change).max(axis=0) > least)).any())
+
+
 # Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums
 
 MOST_STRIDES = 400  # number of strides at most
@@ -226,7 +245,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     for _ in range(MOST_STRIDES):
         viscosity = eta * (length / size) ** 2
         found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
-        if found is None:
+        if found is None or passes_through(system, q, found[0]):
             eta *= 4.0
             still = moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF))
             if eta > 1e12 * unit or (still and stability(program, system, q, lam, spin) is False):
@@ -380,15 +399,14 @@ def at_rest(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium, from the reference pose on."""
     q = np.array(program.reference.q)
-    free = unresisted(program, system, q)
-    if free:
+    if free := unresisted(program, system, q):
         # Loads alone resist some motions.
         found = relax(program, system, q, full)
         if found is None:
             check_independent(program, np.array(program.reference.q))
-            raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
+            raise SolveError(f"{free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
         if unresisted(program, system, *found[:2]):
-            raise SolveError(_free_motion_error(program, free))
+            raise SolveError(free_motion_error(program, free))
         return found[:3]
     return _grow_loads(mechanism, program, system, q, load_steps, full)
 
@@ -414,24 +432,22 @@ def _grow_loads(
         system.program = grow(part)
         most = MOST_OF_LONG_STEP if stride > usual else MOST_ITERATIONS
         found = _newton(program, system, q, lam, (1.0 - part) * start, turning, most)
-        jump, bend, snap = 0.0, 0.0, 0.0
+        jump, bend, snap, through = 0.0, 0.0, 0.0, False
         if found is not None:
             system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
+            through = passes_through(system, q, found[0])
             jump, bend, snap = _against_tangents(program, system, q, found, (1.0 - done) * start, back)
-        if found is None or jump > LONG_LOAD_STEP or (bend > FOLLOWED and stride > usual):
+        if found is None or through or jump > LONG_LOAD_STEP or (bend > FOLLOWED and stride > usual):
             stride = max(stride / 2.0, usual) if stride > usual else stride / 2.0
             if stride >= smallest:
                 continue
-            if found is None or snap > SNAP_LOAD_STEP:
+            if found is None or through or snap > SNAP_LOAD_STEP:
                 check_independent(program, np.array(program.reference.q))
                 rest = np.abs(system.force + system.constraint_force)
-                text = (
-                    f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads;"
-                )
-                text += f" largest unbalance at {program.names.coordinates[int(np.nanargmax(rest))]!r}. Use more"
-                raise SolveError(
-                    f"{text} load_steps; if that does not help, the structure buckles or snaps through there."
-                )
+                text = f"no static equilibrium found beyond {100 * done:.3g} % of the loads; largest unbalance at"
+                text += f" {program.names.coordinates[int(np.nanargmax(rest))]!r}. Use more load_steps; if that does"
+                text += " not help, the structure buckles or snaps through there."
+                raise SolveError(f"Mechanism {program.name!r}: {text}")
             stride *= 2.0
         q, lam, used, _ = found
         done, total = part, total + used
@@ -523,13 +539,6 @@ def correction(
     return d
 
 
-def refuse_free_motion(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
-    """Refuse a mechanism with a motion without resistance."""
-    free = unresisted(program, system, q)
-    if free:
-        raise SolveError(_free_motion_error(program, free))
-
-
 def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None) -> str:
     """Name of the coordinate that moves most in a free motion; "" without free motions."""
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
@@ -541,7 +550,8 @@ def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np
     return "" if free is None else program.names.coordinates[int(np.abs(free).argmax())]
 
 
-def _free_motion_error(program: Program, free: str) -> str:
+def free_motion_error(program: Program, free: str) -> str:
+    """Message on a motion without resistance, which moves this coordinate most."""
     text = f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r}"
     return f"{text} most is resisted by nothing. Add a joint, a drive or a spring that holds it."
 

@@ -86,8 +86,7 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     if program.n_q != 3 * len(program.names.bodies):
         raise InputError(f"{label}: flexible bodies have motions of their own; make them rigid for inverse dynamics.")
     q, _ = close_loops(program, {})
-    free, _ = degrees_of_freedom(program, q)
-    if free:
+    if free := degrees_of_freedom(program, q)[0]:
         raise InputError(f"{label}: {free} degree(s) of freedom are not driven; add drives or use simulate.")
     system = StateEvaluation(program)
     given = checks.sequence(label, "times", times, "instants [s]")

@@ -244,8 +244,8 @@ class Modes:
     aliases: dict[str, str] = field("other names of nodes")
     rigid: int = field("number of rigid motions; they come first")
     kinds: tuple[str, ...] = field(
-        '(n,) what each mode is: "rigid: rotation of \'rod\'", "elastic", "overdamped", "unstable", or "not '
-        'resolved" where the strain energy is lost in the round-off of the stiffness'
+        '(n,) what each mode is: "rigid: rotation of \'rod\'", "elastic", "overdamped", "unstable", "back to unstable" '
+        '(decays by negative stiffness rather than by damping), "not resolved" (strain energy lost in round-off)'
     )
     moves: tuple[str, ...] = field("(n,) coordinates that the modes move most, rotations times the size")
     eigenvalues: np.ndarray = field("(n,) complex s [1/s]: motions grow as exp(s t)")
@@ -282,8 +282,8 @@ class Modes:
         width = max(4, *(len(kind) for kind in self.kinds))
         rows = [f"mode  frequency [Hz]  damping    {'kind':{width}}  moves most"]
         for k, kind in enumerate(self.kinds):
-            ratio = f"{self.damping[k]:.4g}"
-            rows.append(f"{k:4d}  {self.frequencies[k]:14.6g}  {ratio:9}  {kind:{width}}  {self.moves[k]}")
+            numbers = f"{self.frequencies[k]:14.6g}  {self.damping[k]:<9.4g}"
+            rows.append(f"{k:4d}  {numbers}  {kind:{width}}  {self.moves[k]}")
         return "\n".join([*rows, *equilibrium.left_out_texts(self.left_out, REMEDY)])
 
 
@@ -371,15 +371,16 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
 
 def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:
     """Kinds of the modes that are not rigid motions."""
-    energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
+    stiffness = (x.conj() * (K @ x)).sum(axis=0)
     terms, found = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0), []
     for k, value in enumerate(s):
-        if energy[k] <= ENERGY_ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
+        if abs(stiffness[k]) <= ENERGY_ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
             found.append("not resolved")
         elif value.real > 1e-9 * np.abs(value):
             found.append("unstable")
         else:
-            found.append("elastic" if value.imag else "overdamped")
+            back = stiffness[k].real < -0.5 * abs(value) ** 2  # of s^2 + d s + k = 0, where x^H M x = 1
+            found.append("elastic" if value.imag else "back to unstable" if back else "overdamped")
     return found
 
 

@@ -118,6 +118,26 @@ def test_one_contact_carries_along_lines_and_arcs(swapped):
     assert carriers == ({"first2", "second1"} if swapped else {"second2"})
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("turn", [0.0, 0.15, -0.1])
+def test_a_tip_in_a_hollow_corner_has_one_contact(swapped, turn):
+    """The tip of a lens goes over the side of an L into its hollow corner, 1e-5 m deep: the force does not jump."""
+    tip = fm.cams.Outline(moved(((-0.1, 0.0), (0.1, 0.0)), (0.2, 0.2), 0.25 * math.pi + turn), (0.3, 0.3))
+    angle = fm.cams.Outline(((-0.1, -0.1), (0.1, -0.1), (0.1, 0.0), (0.0, 0.0), (0.0, 0.1), (-0.1, 0.1)))
+    one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    two = fm.RigidBody("two", at=(0.2, 0.2), mass=1.0, inertia=1.0)
+    ends = (two, tip, one, angle) if swapped else (one, angle, two, tip)
+    mech = fm.Mechanism("pair", [one, two, fm.cams.OutlineOnOutline("pair", *ends, normal=LAW)])
+    start, depth = np.array(tip.points[0]), 1e-5
+    ways = [(x, -depth) for x in np.linspace(1e-3, 1e-6, 20)]
+    ways += [(-depth * math.sin(a), -depth * math.cos(a)) for a in np.linspace(0.0, 0.5 * math.pi, 41)]
+    ways += [(-depth, y) for y in np.linspace(1e-6, 1e-3, 20)]
+    for way in ways:
+        shift = np.array(way) - start
+        found = [g for g in gaps(mech, -shift if swapped else shift).values() if g < 0.0]
+        assert found == [pytest.approx(-depth, abs=1e-12)]
+
+
 def test_a_stadium_rests_on_the_ends_of_its_straight_side():
     """Two contacts with half the weight each, also where it lies on lines of the ground that arcs end."""
     ground = fm.cams.Outline(((-1.0, -0.2), (1.0, -0.2), (1.0, 0.0), (-1.0, 0.0)), (0.0, 0.4, 0.0, 0.4))

@@ -141,6 +141,20 @@ def test_an_upside_down_pendulum_on_a_weak_spring_is_unstable():
     assert found.damping[0] == -1.0
 
 
+@pytest.mark.parametrize(
+    ("damping", "kind"), [(0.0, "back to unstable"), (1.0, "back to unstable"), (10.0, "overdamped")]
+)
+def test_what_falls_back_to_an_unstable_pose(damping, kind):
+    """J s^2 + d s - (m g h - k) = 0 with J = 0.8, m g h - k = 6: at 10 N m s the damper outweighs the stiffness."""
+    bar = fm.RigidLink("bar", (0.0, 0.0), (0.0, 1.0), 2.0, 0.3)
+    hinge = fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0))
+    spring = fm.TorsionSpring("k", fm.GROUND, bar, stiffness=4.0, damping=damping)
+    inverted = fm.Mechanism("inverted", [bar, hinge, spring], gravity=(0.0, -10.0))
+    found = fm.modes(inverted, at=fm.static_equilibrium(inverted), damped=True)
+    np.testing.assert_allclose(sorted(found.eigenvalues.real), sorted(np.roots([0.8, damping, -6.0])), rtol=1e-9)
+    assert dict(zip(found.eigenvalues.real > 0.0, found.kinds, strict=True)) == {True: "unstable", False: kind}
+
+
 @pytest.mark.parametrize(("damping", "kind"), [(0.4, "elastic"), (50.0, "overdamped")])
 def test_damping_of_one_degree_of_freedom(damping, kind, solver):
     """m x'' + d x' + k x = 0: s = -d/2m +- sqrt((d/2m)^2 - k/m)."""

@@ -38,6 +38,15 @@ def test_rotor_of_two_stiffnesses(speed, damped):
         np.testing.assert_allclose(found.frequencies, [1.8210, 3.3073], atol=5e-5)
 
 
+@pytest.mark.parametrize("damping", [(0.0, 0.0), DAMPING])
+def test_divergence_has_a_partner_that_is_not_overdamped(damping):
+    """Without a damper, between the critical speeds 12.2 and 20 rad/s: exp(s t) and exp(-s t)."""
+    mechanism = jeffcott(damping)
+    found = fm.modes(mechanism, count=2, at=fm.static_equilibrium(mechanism, spin=15.0))
+    assert sorted(found.kinds) == ["back to unstable", "unstable"]
+    assert found.eigenvalues.sum() == pytest.approx(0.0, abs=1e-9)
+
+
 def test_frequencies_begin_at_those_without_speed():
     mechanism = jeffcott()
     still, slow = (

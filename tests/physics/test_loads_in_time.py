@@ -46,6 +46,35 @@ def test_load_beyond_the_end_of_its_table_is_told():
     assert not told(1.0, values=(0.0, 1.0, 2.0, 1.0, 0.0), periodic=True)
 
 
+def test_every_part_with_a_table_is_watched():
+    """0 to 0.3 in 0.3 s goes on to 0.5 in 0.5 s: free lengths, angles, drives, targets, voltages and inputs of laws."""
+    table = fm.drives.Table((0.0, 0.1, 0.2, 0.3), (0.0, 0.1, 0.2, 0.3))
+    body = fm.RigidBody("body", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    rotor = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    cart = fm.RigidBody("cart", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+
+    @fm.control_kernel
+    def law(p, t, u, x, dx, y):
+        y[0] = u[1]
+
+    parts = [
+        body, rotor, cart,
+        fm.SpringDamper("spring", fm.GROUND, body, (0.0, 0.0), (1.0, 0.0), stiffness=1.0, free_length=table),
+        fm.Revolute("axis", fm.GROUND, rotor, at=(0.0, 0.0)),
+        fm.TorsionSpring("coil", fm.GROUND, rotor, stiffness=1.0, free_angle=table),
+        fm.Torque("one", rotor, 1.0), fm.Torque("two", rotor, 1.0), fm.Torque("three", rotor, 1.0),
+        fm.controllers.PID("pid", "rotor.theta", "one", kp=1.0, target=table),
+        fm.controllers.DCMotor(
+            "motor", "rotor.omega", "two", resistance=1.0, torque_constant=0.1, voltage=table
+        ),
+        fm.Control("own", ["rotor.omega", table], ["three"], law),
+        fm.Prismatic("rail", fm.GROUND, cart), fm.Drive("push", "rail", table),
+    ]  # fmt: skip
+    findings = fm.simulate(fm.Mechanism("tables", parts), t_end=0.5).findings
+    told = {f.parts[0]: f.numbers["value"] for f in findings if f.code == "short-table"}
+    assert told == dict.fromkeys(("spring", "coil", "pid", "motor", "own", "push"), pytest.approx(0.5))
+
+
 def test_harmonic_swings_between_its_ends_at_its_frequency():
     motion = fm.drives.Harmonic(0.3, frequency=4.0, phase=math.pi / 2, mean=0.1)
     assert value(motion, 0.0)[0] == pytest.approx(0.4, rel=1e-15)

@@ -123,8 +123,7 @@ class Outline(Input):
         polygon = _polygon(points, bulges)
         if planar.area(polygon) < 0.0:
             points, bulges = points[::-1], -np.roll(bulges[::-1], -1)
-        place = crossing(polygon)
-        if place is not None:
+        if (place := crossing(polygon)) is not None:
             text = f"Outline: it crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m."
             raise InputError(f"{text} Sort its points along the way.")
         object.__setattr__(self, "points", tuples(points))
@@ -194,11 +193,17 @@ class Outline(Input):
         chord, half = math.atan2(b - y, a - x), 2.0 * math.atan(self.bulges[k])
         return (math.cos(chord - half), math.sin(chord - half)), (math.cos(chord + half), math.sin(chord + half))
 
+    def bend(self, k: int) -> float:
+        """Angle by which the outline bends outwards at point `k` [rad]; at a cusp half a turn, < 0 of a slit."""
+        (ax, ay), (bx, by) = self.directions(k - 1)[1], self.directions(k)[0]
+        sine, cosine = ax * by - ay * bx, ax * bx + ay * by
+        if cosine < 0.0 and abs(sine) <= SMOOTH:  # convex arcs leave a slit between them, hollow ones are a tip
+            return -math.copysign(math.pi, sum(1.0 / r for r in (self.radius(k - 1), self.radius(k)) if r))
+        return math.atan2(sine, cosine)
+
     def hollow_corners(self) -> list[int]:
         """Numbers of the points at which the outline bends inwards."""
-        ends = [self.directions(k) for k in range(len(self.points))]
-        pairs = ((ends[k - 1][1], after) for k, (after, _) in enumerate(ends))
-        return [k for k, (a, b) in enumerate(pairs) if a[0] * b[1] - a[1] * b[0] < -SMOOTH]
+        return [k for k in range(len(self.points)) if self.bend(k) < -SMOOTH]
 
     def chains(self, radius: float = 0.0) -> list[list[int]]:
         """Numbers of the pieces between hollow places for a circle of a `radius` [m], 0 for corners alone.
@@ -279,10 +284,9 @@ def _pieces(outline: Outline) -> list[RoundArc | bool]:
         before, (start, end) = outline.directions(k - 1 if k else n - 1)[1], outline.directions(k)
         if k in hollow:
             found.append(False)
-        elif before[0] * start[1] - before[1] * start[0] > SMOOTH:
+        elif outline.bend(k) > SMOOTH:
             found.append(RoundArc(outline.points[k], 0.0, _normal(before), _normal(start), POINTED))
-        radius = outline.radius(k)
-        if radius > 0.0:
+        if (radius := outline.radius(k)) > 0.0:
             found.append(RoundArc(outline.centre(k), radius, _normal(start), _normal(end), ROUNDED))
         else:
             found.append(radius == 0.0)

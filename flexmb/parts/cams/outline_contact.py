@@ -269,7 +269,9 @@ def round_place(p, X, Y, c, s):
                     keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
                 if chain < pieces:
                     _, _, _, _, depth, _, _ = outline_place(p, first, pieces, x, y)
-                    keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
+                    end = first + PIECE_SIZE * (chain - 1)  # behind it, in a hollow corner, the next chain carries
+                    ex, ey, reach = x - p[end + X1], y - p[end + Y1], SAME * p[SCALE] - depth
+                    keep = keep and depth < 0.0 and -away <= reach < math.sqrt(ex * ex + ey * ey)
             best = better(best, place, 0.0, keep)
     if best[GAP] == math.inf:  # the chain is seen by none of the arcs: the distance of a centre, which lies inside
         k = FIRST_ROUND
@@ -390,17 +392,16 @@ def check_names(part: Any, contacts: Iterable[str]) -> None:
 
 def piece_numbers(outline: Outline, k: int, node: Node) -> tuple[float, ...]:
     """Numbers of a piece in the frame of a node, as the kernels above read them."""
-    n = len(outline.points)
-    before, after = (k - 1) % n, (k + 1) % n
+    after = (k + 1) % len(outline.points)
     ends = *in_frame(node, outline.points[k]), *in_frame(node, outline.points[after])
-    begin = _mean_normal(outline.directions(before)[1], outline.directions(k)[0], node)
-    end = _mean_normal(outline.directions(k)[1], outline.directions(after)[0], node)
+    begin, end = _mean_normal(outline, k, node), _mean_normal(outline, after, node)
     return (*ends, *in_frame(node, outline.centre(k)), outline.radius(k), *begin, *end)
 
 
-def _mean_normal(a: tuple[float, float], b: tuple[float, float], node: Node) -> tuple[float, float]:
-    """Unit outward normal between two directions of the outline, in the frame of a node."""
-    angle = math.atan2(-a[0] - b[0], a[1] + b[1]) - node.theta
+def _mean_normal(outline: Outline, k: int, node: Node) -> tuple[float, float]:
+    """Unit outward normal between both pieces at point k of the outline, in the frame of a node."""
+    x, y = outline.directions(k)[0]
+    angle = math.atan2(-x, y) - 0.5 * outline.bend(k) - node.theta
     return math.cos(angle), math.sin(angle)
 
 

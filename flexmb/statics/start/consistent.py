@@ -211,8 +211,7 @@ def check_independent(
 ) -> None:
     """Refuse redundant joints at q, with their names and whether the pose or the mechanism is the reason."""
     system = system or StateEvaluation(program)
-    found = redundancy(program, q, system)
-    if found is None:
+    if (found := redundancy(program, q, system)) is None:
         return
     parts, count = found.parts, found.rows + found.excess
     listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
@@ -282,8 +281,7 @@ def _remedy_of_velocities(closed: Program, declared: np.ndarray) -> str:
         flexible[owner[declared]] = False
         names = ", ".join(f"{name!r}" for name, free in zip(closed.names.bodies, flexible, strict=True) if free)
         if names:
-            text = f"Flexible bodies begin as rigid ones: {names}"
-            remedies.append(f"{text} without velocity= (of each node) cannot bend.")
+            remedies.append(f"Flexible bodies begin as rigid ones: {names} without velocity= of each node cannot bend.")
     if closed.drives:
         remedies.append("A drive cannot move a dead centre: start elsewhere.")
         if len(closed.reference.q) > 3 * len(closed.names.bodies):
@@ -327,10 +325,8 @@ def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
         found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
             return found[:n]
-    if not isinstance(A, np.ndarray):
-        w = yielding_rows(inertia / scale, A, b)
-        if w is not None:
-            return w
+    if not isinstance(A, np.ndarray) and (w := yielding_rows(inertia / scale, A, b)) is not None:
+        return w
     values, vectors = np.linalg.eigh(plain(inertia))
     values = np.maximum(values, NO_ENERGY * values.max())  # bodies without inertia move as the joints want
     root = vectors / np.sqrt(values)
