@@ -10,7 +10,15 @@ from typing import Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.dynamics.series import embedding as delays
+from flexmb.dynamics.series.embedding import (
+    Embedding,
+    distances,
+    embed,
+    embedding,
+    nearest,
+    spread,
+    typical_log_distance,
+)
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
 from flexmb.fields import field, record, record_with
 from flexmb.late import scipy
@@ -37,7 +45,7 @@ class SeriesExponent(arguments.Checked):
     ok: bool = field("whether there is a value; False for constant, periodic, quasi-periodic and random signals")
     status: str = field("result in a sentence")
     method: str = field('"wolf", "rosenstein" or "kantz"')
-    embedding: delays.Embedding | None = field("the embedding; None for a constant or short signal", repr=False)
+    embedding: Embedding | None = field("the embedding; None for a constant or short signal", repr=False)
     theiler: int = field("smallest distance in time of neighbours [samples]")
     region: tuple[float, float] = field("first and last time of the straight part [s or iterations]; NaN: none")
     time: np.ndarray = field("times of the curve (k,) [s or iterations]", repr=False)
@@ -88,12 +96,12 @@ def estimate(
     if periods < PERIODS:
         return record_of(nothing, f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
     delay, dimension, theiler = options
-    embedded = delays.embedding(x, delay=delay, dimension=dimension)
+    embedded = embedding(x, delay=delay, dimension=dimension)
     w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
     x, slopes = standardised(x), []
     for m in (embedded.dimension, embedded.dimension + 1):
-        slopes.append(slope(delays.embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
+        slopes.append(slope(embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
         if slopes[-1].why_not:
             return record_of(slopes[-1], slopes[-1].why_not)
     a, b = slopes
@@ -119,7 +127,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     # difference of the slopes of its halves. The straight part has at least 4 values and a rise of `LEAST_RISE`. Points
     # are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
-    ceiling = delays.typical_log_distance(points, shift=shift) - MARGIN
+    ceiling = typical_log_distance(points, shift=shift) - MARGIN
     longest = len(points) // 4
     reach = int(min(longest, window + 8 * max(period, 4.0)))
     while True:
@@ -204,7 +212,7 @@ def _kantz_slope(points: np.ndarray, window: int, theiler: int, period: float) -
 def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
     """Curves (blocks, k) of the mean logarithm of the mean distance (inside), or of the mean of the mean logarithms."""
     count = len(points) - int(steps[-1])
-    refs = delays.spread(count, KANTZ_REFERENCES)
+    refs = spread(count, KANTZ_REFERENCES)
     neighbours = _neighbours(points[:count], refs, theiler, shift)
     complete = (neighbours >= 0).all(axis=1)
     i, j = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
@@ -212,7 +220,7 @@ def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndar
         return np.empty((0, len(steps)))
     logs = np.empty((len(steps), int(complete.sum())))
     for row, step in zip(logs, steps, strict=True):
-        distance = delays.distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
+        distance = distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
         if inside:
             row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
         else:
@@ -291,14 +299,14 @@ def rosenstein(
 def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
     """Curves (blocks, k) of the mean logarithm of the distance, from points (n, m)."""
     count = len(points) - int(steps[-1])
-    refs = delays.spread(count, ROSENSTEIN_REFERENCES)
-    neighbours, _ = delays.nearest(points[:count], refs, theiler, least=1e-12)
+    refs = spread(count, ROSENSTEIN_REFERENCES)
+    neighbours, _ = nearest(points[:count], refs, theiler, least=1e-12)
     refs, neighbours = refs[neighbours >= 0], neighbours[neighbours >= 0]
     if len(refs) < 10 * BLOCKS:
         return np.empty((0, len(steps)))
     logs = np.empty((len(steps), len(refs)))
     for row, step in zip(logs, steps, strict=True):
-        row[:] = delays.distances(points, refs + step, neighbours + step, shift)
+        row[:] = distances(points, refs + step, neighbours + step, shift)
     return block_means(np.log(np.maximum(logs, 1e-12)))
 
 
@@ -371,7 +379,7 @@ def _wolf_slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
         return Slope(np.nan, np.nan, text)
     growth = np.log(np.maximum(after[has_neighbour], 1e-12) / before[has_neighbour]) / evolve
     steps, running = starts[has_neighbour] + evolve, np.cumsum(growth) / np.arange(1, len(growth) + 1)
-    if np.log(np.maximum(after[has_neighbour], 1e-12)).mean() > delays.typical_log_distance(points) - 0.7:
+    if np.log(np.maximum(after[has_neighbour], 1e-12)).mean() > typical_log_distance(points) - 0.7:
         text = f"After {evolve} samples pairs are as far apart as arbitrary points: noise, or `evolve` is too long."
         return Slope(np.nan, np.nan, text, steps=steps, curve=running)
     block_means = np.array([block.mean() for block in np.array_split(growth, BLOCKS)])
