@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Iterator
+from importlib.resources import files
 from typing import NamedTuple
 
 from flexmb.cli.arguments.index import COMMANDS
@@ -20,41 +21,6 @@ class Words(NamedTuple):
     takes_mechanism: bool
 
 
-BASH = """# completion of flexmb for bash; made by `flexmb completion bash`
-_flexmb() {
-    local word="${COMP_WORDS[COMP_CWORD]}"
-@CASES@
-    if [ "$COMP_CWORD" -eq 1 ]; then
-        names="@COMMANDS@" ending=""
-    elif [[ "$word" == -* ]]; then
-        names="$options" ending=""
-    elif [ "$COMP_CWORD" -ne 2 ]; then
-        names="" ending=""
-    fi
-    COMPREPLY=($(compgen -W "$names" -- "$word"))
-    if [ -n "$ending" ]; then
-        COMPREPLY+=($(compgen -f -X "!*$ending" -- "$word") $(compgen -d -S / -- "$word"))
-    fi
-}
-complete -o default -F _flexmb flexmb
-"""
-ZSH = """#compdef flexmb
-# completion of flexmb for zsh; made by `flexmb completion zsh`
-_flexmb() {
-@CASES@
-    if (( CURRENT == 2 )); then
-        compadd -- @COMMANDS@
-    elif [[ "$PREFIX" == -* ]]; then
-        compadd -- ${=options}
-    elif (( CURRENT == 3 )); then
-        [[ -n "$names" ]] && compadd -- ${=names}
-        [[ -n "$ending" ]] && _files -g "*$ending"
-    else
-        _files
-    fi
-}
-if [[ "${funcstack[1]}" == "_flexmb" ]]; then _flexmb "$@"; else compdef _flexmb flexmb; fi
-"""
 # Typed command and its first argument, by shell.
 PLACES = {"bash": ("${COMP_WORDS[1]}", "${COMP_WORDS[2]}"), "zsh": ("${words[2]}", "${words[3]}")}
 
@@ -69,7 +35,8 @@ def completion(options: argparse.Namespace) -> int:
     if options.shell == "fish":
         print("\n".join(_fish(commands, mechanisms)))
         return 0
-    text, names = BASH if options.shell == "bash" else ZSH, " ".join(w.command for w in commands)
+    text = files("flexmb.cli").joinpath("assets", f"completion.{options.shell}").read_text(encoding="utf-8")
+    names = " ".join(w.command for w in commands)
     # Names and ending of the first argument, and options, of a typed command
     first, second = PLACES[options.shell]
     cases = [f'    local names="" ending="" options=""\n    case "{first}" in']

@@ -494,23 +494,18 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
     told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]
+    lows, highs = search.low.tolist(), (search.low + search.width).tolist()
+    shared = zip(found.x[p:], own.offset, strict=True)
+    offsets = {own.signals[k]: float(x * own.noise[group[0]]) for x, group in shared for k in group}
+    units, about = _settings(search, found.x, loss, known=known)
     return Fit(
-        dict(zip(names, search.values(found.x).tolist(), strict=True)),
-        errors,
-        dict(zip(names, zip(search.low.tolist(), (search.low + search.width).tolist(), strict=True), strict=True)),
-        correlation[:p, :p],
-        {own.signals[k]: float(x * own.noise[g[0]]) for x, g in zip(found.x[p:], own.offset, strict=True) for k in g},
-        tuple(_combinations(labels, right[~seen])),
-        left_over,
-        rms,
-        search.runs,
-        bool(found.success) and not stuck,
-        " ".join(told),
-        corrected,
-        left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))),
-        own.begins,
-        *_settings(search, found.x, loss, known=known),
-    )
+        parameters=dict(zip(names, search.values(found.x).tolist(), strict=True)), errors=errors,
+        bounds=dict(zip(names, zip(lows, highs, strict=True), strict=True)), correlation=correlation[:p, :p],
+        offsets=offsets, unseen=tuple(_combinations(labels, right[~seen])), residuals=left_over, rms=rms,
+        runs=search.runs, ok=bool(found.success) and not stuck, message=" ".join(told), corrected=corrected,
+        computed=left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))), begins=own.begins,
+        units=units, about=about,
+    )  # fmt: skip
 
 
 def lag_correlations(residuals: np.ndarray, begins: Sequence[int] = ()) -> tuple[np.ndarray, np.ndarray]:

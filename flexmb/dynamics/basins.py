@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -138,11 +138,10 @@ CHUNKS = 4  # number of pieces of work for each worker
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 
 
-@record_with(eq=False)
+@record_with(eq=False, kw_only=True)
 class Basin:
     """The attractor of the motion from each point of a grid of states."""
 
-    _: KW_ONLY
     name: str = field("name of the system")
     axes: tuple[str, str] = field("names of the two entries of the state")
     units: tuple[str, str] = field('units of the axes, "" if unknown')

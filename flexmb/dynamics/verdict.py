@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexmb import checks, display
-from flexmb.display import cut
 from flexmb.dynamics.series.embedding import nearest, typical_log_distance
 from flexmb.dynamics.series.samples import CHAOTIC, LARGEST, growth_correlations, kind_of, real_numbers
 from flexmb.errors import InputError
@@ -329,7 +328,7 @@ class Verdict:
         return f"periodic-{self.k}" if self.kind == "periodic" else self.kind
 
     def __repr__(self) -> str:
-        return cut(f"Verdict: {self}. {self.reason}", 3)
+        return display.cut(f"Verdict: {self}. {self.reason}", 3)
 
     def _repr_html_(self) -> str:
         rows = [(name, f"{value:.6g}") for name, value in self.evidence.items()]

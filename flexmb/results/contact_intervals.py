@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import KW_ONLY, fields
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb import checks, display
-from flexmb.display import Shown, counted
 from flexmb.errors import InputError, UnknownNameError
-from flexmb.fields import field, record, record_with
+from flexmb.fields import field, record_with
 from flexmb.late import xr
 
 COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_events.py`)
@@ -56,11 +55,10 @@ class UnknownContactError(InputError, UnknownNameError):
     """A name that is no contact of a solution; also a `KeyError`."""
 
 
-@record
-class Episode(Shown):
+@record_with(kw_only=True)
+class Episode(display.Shown):
     """One contact interval; see `Episodes` for the fields."""
 
-    _: KW_ONLY
     contact: str = field("name of the contact")
     mode: int = field("1 impact, 2 continuous contact")
     start: float = field("begin", "s")
@@ -84,7 +82,7 @@ class Episode(Shown):
         return self.separation_speed / self.approach_speed if self.approach_speed else float("nan")
 
 
-@record_with(eq=False, repr=False)
+@record_with(eq=False, kw_only=True, repr=False)
 class Episodes:
     """Episodes of contact in the order of their starts; arrays by name, `[k]` one episode, `[mask]` some of them.
 
@@ -115,7 +113,6 @@ class Episodes:
     (['J', 'J'], [1.0, 0.913], [1.913, 1.747])
     """
 
-    _: KW_ONLY
     name: str = field('what was asked for: a joint, one of its contacts, or "" for all')
     contact: np.ndarray = field("(n,) names of the contacts")
     mode: np.ndarray = field(
@@ -205,7 +202,7 @@ class Episodes:
         return (str(self.contact[k]), MODES[int(self.mode[k])], *(f"{x:.6g}" for x in numbers))
 
 
-ARRAYS = tuple(f.name for f in fields(Episodes) if f.name not in ("_", "name"))
+ARRAYS = tuple(f.name for f in fields(Episodes) if f.name != "name")
 QUANTITIES = ARRAYS[2:]
 # Heads of the printed columns, with their fields.
 TABLE_HEADS = {
@@ -236,7 +233,7 @@ def impacts(episodes: Episodes) -> str:
     hits = episodes[episodes.mode == IMPACT]
     lasting, text = len(episodes) - len(hits), f"{len(hits)}"
     if lasting:
-        text += f" and {counted(lasting, 'continuous contact')}"
+        text += f" and {display.counted(lasting, 'continuous contact')}"
     if len(hits):
         text += f", largest impulse {hits.impulse.max():.3g} N s"
     flights = episodes.flight[np.isfinite(episodes.flight)]

@@ -10,21 +10,7 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.fields import field, record
 from flexmb.late import Late
-from flexmb.model.shape import (
-    DAMPER,
-    SPRING,
-    TRACE,
-    ArrowShape,
-    BeamShape,
-    BeltShape,
-    CircleShape,
-    LineShape,
-    MeshShape,
-    Place,
-    PointShape,
-    RigidShape,
-    nodes_of,
-)
+from flexmb.model import shape as kinds
 from flexmb.results.solution import Solution
 
 if TYPE_CHECKING:
@@ -79,7 +65,7 @@ class Surface:
     """The mesh of a body at n instants."""
 
     part: str
-    shape: MeshShape  # its mesh
+    shape: kinds.MeshShape  # its mesh
     points: np.ndarray  # (n, m, 2) drawn places, of which a deformation may be magnified [m]
     poses: np.ndarray  # (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad]
 
@@ -138,7 +124,7 @@ class Surface:
         return [self.points[:, [*loop, loop[0]]] for loop in self.shape.loops]
 
 
-def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
+def moved_points(shape: kinds.MeshShape, poses: np.ndarray) -> np.ndarray:
     """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes."""
     # The frame of a reduced body carries the reference configuration and the displacements in it.
     if shape.basis:
@@ -245,7 +231,7 @@ def require_nodes(sol: Solution) -> None:
     """Refuse a solution whose run did not save where the nodes of its shapes are."""
     nodes: dict[str, None] = {}
     for shape in sol.shapes:
-        nodes |= {f"{part}.{node}" if node else part: None for part, node in nodes_of(shape) if part != GROUND}
+        nodes |= {f"{part}.{node}" if node else part: None for part, node in kinds.nodes_of(shape) if part != GROUND}
     missing = [f"{node}.{axis}" for node in nodes for axis in ("x", "y", "theta") if f"{node}.{axis}" not in sol]
     if missing:
         parts = list(dict.fromkeys(name.partition(".")[0] for name in missing))
@@ -255,7 +241,7 @@ def require_nodes(sol: Solution) -> None:
         raise InputError(f"{text} Add {wanted} to simulate(..., signals=[...]), or leave it out to save all.")
 
 
-def path(sol: Solution, point: Place, instants: np.ndarray) -> np.ndarray:
+def path(sol: Solution, point: kinds.Place, instants: np.ndarray) -> np.ndarray:
     """Positions (n, 2) of a point of a body at saved instants [m]."""
     body, node, offset = point
     return carried(pose(sol, body, node, instants), np.array(offset, dtype=float))
@@ -267,22 +253,22 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
     xi = np.linspace(0.0, 1.0, points_per_element)
     found = []
     for shape in sol.shapes:
-        if isinstance(shape, RigidShape):
+        if isinstance(shape, kinds.RigidShape):
             at = pose(sol, shape.part, shape.node, instants)[:, None]
             found += [Line(shape.part, RIGID, carried(at, np.array(line, dtype=float))) for line in shape.lines]
-        elif isinstance(shape, BeamShape):
+        elif isinstance(shape, kinds.BeamShape):
             found.append(_beam(sol, shape, instants, xi))
-        elif isinstance(shape, MeshShape):
+        elif isinstance(shape, kinds.MeshShape):
             found += [Line(shape.part, MESH, rim) for rim in surface(sol, shape, instants).outlines()]
     return found
 
 
 def surfaces(sol: Solution, instants: np.ndarray) -> list[Surface]:
     """All meshes of the solution, in the order of the shapes."""
-    return [surface(sol, shape, instants) for shape in sol.shapes if isinstance(shape, MeshShape)]
+    return [surface(sol, shape, instants) for shape in sol.shapes if isinstance(shape, kinds.MeshShape)]
 
 
-def surface(sol: Solution, shape: MeshShape, instants: np.ndarray) -> Surface:
+def surface(sol: Solution, shape: kinds.MeshShape, instants: np.ndarray) -> Surface:
     """A mesh at the saved `instants`."""
     of_nodes = poses(sol, shape.part, shape.nodes, instants)
     return Surface(shape.part, shape, moved_points(shape, of_nodes), of_nodes)
@@ -293,7 +279,7 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
     require_nodes(sol)
     found = []
     for shape in sol.shapes:
-        if not isinstance(shape, PointShape):
+        if not isinstance(shape, kinds.PointShape):
             continue
         points = path(sol, (shape.body, shape.node, shape.offset), instants)
         name = f"{shape.part}.normal_force"
@@ -310,7 +296,7 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
 def traces(sol: Solution) -> dict[str, np.ndarray]:
     """Paths (n, 2) of the markers with a trace over all saved instants, by the name of the marker [m]."""
     whole = np.arange(len(sol.time))
-    marked = (s for s in sol.shapes if isinstance(s, PointShape) and s.kind == TRACE)
+    marked = (s for s in sol.shapes if isinstance(s, kinds.PointShape) and s.kind == kinds.TRACE)
     return {s.part: path(sol, (s.body, s.node, s.offset), whole) for s in marked}
 
 
@@ -321,11 +307,12 @@ def parts(sol: Solution) -> tuple[str, ...]:
 
 def bodies(sol: Solution) -> tuple[str, ...]:
     """Names of the bodies with lines, in the order of the shapes, by which bodies have their colours."""
-    drawn = (s for s in sol.shapes if isinstance(s, BeamShape | MeshShape) or (isinstance(s, RigidShape) and s.lines))
+    flexible, rigid = kinds.BeamShape | kinds.MeshShape, kinds.RigidShape
+    drawn = (s for s in sol.shapes if isinstance(s, flexible) or (isinstance(s, rigid) and s.lines))
     return tuple(dict.fromkeys(shape.part for shape in drawn))
 
 
-def beam_motion(sol: Solution, beam: BeamShape, instants: np.ndarray) -> list[np.ndarray] | None:
+def beam_motion(sol: Solution, beam: kinds.BeamShape, instants: np.ndarray) -> list[np.ndarray] | None:
     """Velocities and accelerations (n, 6) of the ends of a beam; None where they were not saved."""
     names = [f"{beam.part}.{node}.{axis}" for axes in RATES for node in (beam.start, beam.end) for axis in axes]
     if not all(name in sol for name in names):
@@ -333,7 +320,7 @@ def beam_motion(sol: Solution, beam: BeamShape, instants: np.ndarray) -> list[np
     return np.split(np.stack([sol.array(name)[instants] for name in names], axis=1), 2, axis=1)
 
 
-def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
+def _beam(sol: Solution, beam: kinds.BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
     begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
     forces = hermite.section_forces(begin, end, beam, xi, beam_motion(sol, beam, instants))
     fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
@@ -357,22 +344,22 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
     """Symbols of all other shapes than bodies and points, at instants (n,), by the size of the picture [m]."""
     found = []
     for shape in sol.shapes:
-        if isinstance(shape, LineShape):
+        if isinstance(shape, kinds.LineShape):
             first, second = (path(sol, place, instants) for place in (shape.first, shape.second))
             found.append(Line(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
-        elif isinstance(shape, ArrowShape):  # it ends in its point
+        elif isinstance(shape, kinds.ArrowShape):  # it ends in its point
             tip, angle = path(sol, shape.at, instants), np.zeros(len(instants))
             if shape.turns:
                 angle = pose(sol, *shape.at[:2], instants)[:, 2]
             angle = angle + np.arctan2(shape.direction[1], shape.direction[0])
             base = tip - ARROW * size * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
             found.append(Line(shape.part, "force", arrow_line(base, tip, HEAD * size)))
-        elif isinstance(shape, CircleShape):
+        elif isinstance(shape, kinds.CircleShape):
             line = carried(pose(sol, *shape.at[:2], instants)[:, None], circle_line(shape))
             found.append(Line(shape.part, "pitch circle", line, body=shape.at[0]))
-        elif isinstance(shape, BeltShape):
+        elif isinstance(shape, kinds.BeltShape):
             found.append(Line(shape.part, "belt", _belt(sol, shape, instants)))
-        elif isinstance(shape, PointShape) and shape.along and shape.other:
+        elif isinstance(shape, kinds.PointShape) and shape.along and shape.other:
             body, node, _ = shape.other
             if body != GROUND and (f"{body}.{node}.theta" if node else f"{body}.theta") not in sol:
                 continue  # its pose was not saved
@@ -389,10 +376,10 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
 
 def _between(first: np.ndarray, second: np.ndarray, kind: str, width: float) -> np.ndarray:
     """Polyline (n, m, 2) from one point to another: zig-zag, dashpot, or straight."""
-    if kind == SPRING:
+    if kind == kinds.SPRING:
         along = np.array([0.0, 0.15, *np.linspace(0.15, 0.85, 2 * COILS + 1)[1:-1:2], 0.85, 1.0])
         across = np.array([0.0, 0.0, *((-1.0) ** np.arange(COILS)), 0.0, 0.0])
-    elif kind == DAMPER:  # rod and piston, then the cup and its rod
+    elif kind == kinds.DAMPER:  # rod and piston, then the cup and its rod
         along = np.array([0.0, 0.5, 0.5, 0.5, 0.5, 0.35, 0.65, 0.65, 0.35, 0.65, 0.65, 1.0])
         across = np.array([0.0, 0.0, 0.7, -0.7, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.0, 0.0])
     else:
@@ -416,13 +403,13 @@ def arrow_line(base: np.ndarray, tip: np.ndarray, head: float) -> np.ndarray:
     return np.stack([base, tip, foot + side, tip, foot - side], axis=1)
 
 
-def circle_line(circle: CircleShape, points: int = CIRCLE_POINTS) -> np.ndarray:
+def circle_line(circle: kinds.CircleShape, points: int = CIRCLE_POINTS) -> np.ndarray:
     """Circle (m, 2) in the frame of its node: from its centre, along a spoke, and around with a number of points."""
     angles, centre = np.linspace(0.0, 2.0 * np.pi, points)[:, None], np.array([circle.at[2]])
     return np.vstack([centre, centre + circle.radius * np.hstack([np.cos(angles), np.sin(angles)])])
 
 
-def _belt(sol: Solution, belt: BeltShape, instants: np.ndarray) -> np.ndarray:
+def _belt(sol: Solution, belt: kinds.BeltShape, instants: np.ndarray) -> np.ndarray:
     """Closed line (n, m, 2) of a belt: around the first wheel, a strand, around the second wheel, a strand."""
     first, second = (path(sol, place, instants) for place in (belt.first, belt.second))
     way = second - first

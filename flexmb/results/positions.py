@@ -89,8 +89,7 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | N
     """
     program = compile_mechanism(mechanism)
     label = f"momentum {mechanism.name!r}"
-    if not isinstance(solution, Solution):
-        raise InputError(f"{label}: solution is {solution!r}; it must be what simulate(...) or load(...) returns.")
+    checks.instance(label, "solution", solution, Solution, "what simulate(...) or load(...) returns")
     names = program.names.bodies if bodies is None else checks.sequence(label, "bodies", bodies, "names")
     for name in names:
         checks.one_of(label, "body", name, program.names.bodies)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -15,14 +15,12 @@ from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.fields import field, record_with
 from flexmb.findings.finding import Finding, sentences
-from flexmb.late import xr
+from flexmb.late import pd, xr
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.part import Part
     from flexmb.results.stress import Fatigue, WoehlerLine
@@ -194,7 +192,7 @@ class UnknownSignalError(InputError, UnknownNameError):
     """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
 
 
-@record_with(eq=False, repr=False)
+@record_with(eq=False, kw_only=True, repr=False)
 class Solution:
     """Result of a run; immutable.
 
@@ -207,7 +205,6 @@ class Solution:
     InputError : arrays whose lengths do not fit together, two signals of one name.
     """
 
-    _: KW_ONLY
     time: np.ndarray = field("(n,) saved instants, increasing", "s")
     values: np.ndarray = field("(n, n_s) the signals at these instants, each in its unit")
     signals: Signals = field("(n_s,) names and units")

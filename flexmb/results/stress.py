@@ -277,8 +277,8 @@ def cycles_of(series: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def fatigue(sol: Solution, body: str, woehler: Any, point: Any, mechanism: Mechanism | None) -> Fatigue:
     """Cycles and damage at a point of a body; see `Solution.fatigue`."""
-    if woehler is not None and not isinstance(woehler, WoehlerLine):
-        raise InputError(f"fatigue: woehler is {woehler!r}; it must be a WoehlerLine(amplitude=..., slope=...).")
+    if woehler is not None:
+        checks.instance("fatigue", "woehler", woehler, WoehlerLine, "a WoehlerLine(amplitude=..., slope=...)")
     peak, wanted = None, point
     if wanted is None:
         if f"{body}.von_mises" not in sol:

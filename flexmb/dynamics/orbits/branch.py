@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,10 @@ from flexmb.fields import field, record_with
 from flexmb.late import xr
 
 
-@record_with(eq=False)
+@record_with(eq=False, kw_only=True)
 class BranchPoint:
     """An orbit on a branch."""
 
-    _: KW_ONLY
     value: float = field("value of the parameter")
     kind: str = field('"" for an ordinary point; else the kind of the event')
     period: float = field("period of the orbit [s, or iterations]")
@@ -37,12 +35,11 @@ class BranchPoint:
     impact_speeds: np.ndarray = field("closing speeds of impacts (`ImpactODE`)", default_factory=lambda: np.zeros(0))
 
 
-@record_with(eq=False)
+@record_with(eq=False, kw_only=True)
 class Branch(arguments.Checked):
     """Periodic orbits along a parameter."""
 
     formerly = (("unit", "period_units", "0.3"),)
-    _: KW_ONLY
     name: str = field("name of the system")
     parameter: str = field("name of the parameter")
     period_units: str = field("unit of the period")

@@ -9,21 +9,9 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.orbits import periodic_orbit as orbits
 from flexmb.dynamics.orbits.branch import Branch, BranchPoint, size_of, small_of
 from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, NewtonResult, correct, extended, solved
-from flexmb.dynamics.orbits.periodic_orbit import (
-    BRANCH,
-    FLIP,
-    FOLD,
-    GRAZING,
-    NEIMARK_SACKER,
-    PeriodicOrbit,
-    crosses_circle,
-    flip_test,
-    multipliers_of,
-    tolerance_of,
-    torus_test,
-)
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun, closest_approaches, gap_signals, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import InputError
@@ -87,7 +75,7 @@ CORRECTIONS = 10  # largest number of corrections of an orbit on a branch
 
 
 def follow(
-    orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float], *, step: float = 0.01,
+    orbit: orbits.PeriodicOrbit, parameter: str, span: tuple[float | None, float], *, step: float = 0.01,
     largest: float = 0.05, smallest: float = 1e-7, points: int = 500, extremes: int = 0, grazing: str | None = None,
     tolerance: float | None = None,
 ) -> Branch:  # fmt: skip
@@ -125,8 +113,8 @@ def follow(
     Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977); Y. A.
     Kuznetsov, Elements of Applied Bifurcation Theory, Springer 1995, chapter 10.
     """
-    if not isinstance(orbit, PeriodicOrbit) or not orbit.ok:
-        given = f"{orbit!r}" if not isinstance(orbit, PeriodicOrbit) else f"not found: {orbit.status}"
+    if not isinstance(orbit, orbits.PeriodicOrbit) or not orbit.ok:
+        given = f"{orbit!r}" if not isinstance(orbit, orbits.PeriodicOrbit) else f"not found: {orbit.status}"
         raise InputError(f"{LABEL}: orbit is {given}; it must be a periodic orbit that was found (`periodic_orbit`).")
     for name, value in (("step", step), ("largest", largest), ("smallest", smallest)):
         checks.positive(LABEL, name, value)
@@ -146,7 +134,7 @@ def follow(
         from flexmb.dynamics.orbits.grazing import ImpactContinuation
     continuation = (ImpactContinuation if rigid else Continuation)(
         shooting=shooting.copy(shooting.times, 1) if rigid else shooting, span=(begin, end),
-        bounds=(step, largest, smallest), tolerance=tolerance_of(shooting.system, tolerance),
+        bounds=(step, largest, smallest), tolerance=orbits.tolerance_of(shooting.system, tolerance),
         gaps=gap_signals(shooting.system, grazing, LABEL), extremes=checks.count(LABEL, "extremes", extremes, 0),
     )  # fmt: skip
     return continuation.run(orbit, checks.count(LABEL, "points", points, 2))
@@ -168,7 +156,7 @@ class Continuation:
         """The shooting by whose unknowns steps are taken."""
         return self.shooting
 
-    def run(self, orbit: PeriodicOrbit, most: int) -> Branch:
+    def run(self, orbit: orbits.PeriodicOrbit, most: int) -> Branch:
         """Continue the branch until it leaves the range, no step succeeds, or it has `most` orbits."""
         period = orbit.period if self.shooting.autonomous else np.nan
         self.shooting.set_value(self.span[0])
@@ -285,7 +273,7 @@ class Continuation:
         run, shooting = result.last, self.shooting
         if run is None:
             raise InputError(f"{LABEL}: no orbit.")
-        multipliers, _ = multipliers_of(run.monodromy, autonomous=shooting.autonomous)
+        multipliers, _ = orbits.multipliers_of(run.monodromy, autonomous=shooting.autonomous)
         system, volume = shooting.system, self.volume
         shooting.set_value(run.value)
         system.reset(run.starts[0], time=shooting.origin)
@@ -297,10 +285,11 @@ class Continuation:
             extremes = np.array([samples[1].min(axis=0), samples[1].max(axis=0)]).T
             closest = closest_approaches(system, self.gaps, samples)
             approaches = {name: least for name, (least, _, _) in closest.items()}
-            touches = {f"{GRAZING} {name}": times for name, (_, _, times) in closest.items()}
+            touches = {f"{orbits.GRAZING} {name}": times for name, (_, _, times) in closest.items()}
         rising = ahead.value / self.lengths[2]
-        tests = {FOLD: rising, FLIP: flip_test(multipliers), NEIMARK_SACKER: torus_test(multipliers), BRANCH: volume}
-        tests |= {f"{GRAZING} {name}": least for name, least in approaches.items()}
+        flip, torus = orbits.flip_test(multipliers), orbits.torus_test(multipliers)
+        tests = {orbits.FOLD: rising, orbits.FLIP: flip, orbits.NEIMARK_SACKER: torus, orbits.BRANCH: volume}
+        tests |= {f"{orbits.GRAZING} {name}": least for name, least in approaches.items()}
         stable = bool((np.abs(multipliers) < 1.0).all())
         point = BranchPoint(
             value=float(run.value), kind="", period=run.period, state=run.starts[0], signals=signals, stable=stable,
@@ -317,9 +306,10 @@ class Continuation:
             if before * after < 0.0:
                 position, point_on_branch = self._located(old, new, name)
                 # where branches cross, the corrections may end on the other branch: a larger value is accepted
-                most = (2e-2 if name == BRANCH else 1e-3) * max(abs(before), abs(after)) + 1e-9
+                most = (2e-2 if name == orbits.BRANCH else 1e-3) * max(abs(before), abs(after)) + 1e-9
                 vanishes = not abs(point_on_branch.tests[name]) > most
-                if vanishes and (name != NEIMARK_SACKER or crosses_circle(point_on_branch.point.multipliers)):
+                multipliers = point_on_branch.point.multipliers
+                if vanishes and (name != orbits.NEIMARK_SACKER or orbits.crosses_circle(multipliers)):
                     kind = name.partition(" ")[0]
                     located.append((position, replace(point_on_branch.point, kind=kind)))
         low, high = min(self.span), max(self.span)
@@ -344,7 +334,7 @@ class Continuation:
             return []
         last, first = points[-1].point, points[0].point
         near = [n for n, g in last.grazing.items() if abs(g) < 1e-3 * max(abs(first.grazing.get(n, np.nan)), 1e-300)]
-        return [replace(last, kind=GRAZING)] if near else []
+        return [replace(last, kind=orbits.GRAZING)] if near else []
 
     def _branch(self, points: list[ContinuationPoint], events: list[BranchPoint], *, ok: bool, status: str) -> Branch:
         system = self.shooting.system

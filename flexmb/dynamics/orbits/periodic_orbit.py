@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -113,12 +113,11 @@ AT_REST = 1e-6
 ENLARGED, LARGEST_SPREAD = 5.0, 0.01
 
 
-@record_with(eq=False)
+@record_with(eq=False, kw_only=True)
 class PeriodicOrbit(arguments.Checked):
     """A motion that returns to its start, or the result of a failed search."""
 
     formerly = (("unit", "units", "0.3"),)
-    _: KW_ONLY
     name: str = field("name of the system")
     ok: bool = field("whether the motion returns within the tolerance; the multipliers are valid only then")
     status: str = field("result of the search, in a sentence")
@@ -229,8 +228,7 @@ def periodic_orbit(
     ([0.6], [-0.5], True)
     """
     flow = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism").copy()
-    if not isinstance(autonomous, bool):
-        raise InputError(f"{LABEL}: autonomous is {autonomous!r}; it must be True or False.")
+    checks.flag(LABEL, "autonomous", autonomous)
     checks.count(LABEL, "iterations", iterations, 0)
     starts = None
     if isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1:

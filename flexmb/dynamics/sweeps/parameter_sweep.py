@@ -16,22 +16,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
 from flexmb.dynamics.jobs import executors
-from flexmb.dynamics.jobs.executors import PENDING, Chain, Job, Outcome
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sweeps.store import (
-    ARRAYS,
-    STATUS,
-    VERSION,
-    Column,
-    Index,
-    Record,
-    Tables,
-    existing,
-    label_of,
-    opened,
-    shown_values,
-    texts_of,
-)
+from flexmb.dynamics.sweeps import store as stores
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
 from flexmb.fields import unit_of
@@ -55,11 +41,11 @@ class Points:
         """Number of points."""
         return math.prod(self.shape)
 
-    def index(self, number: int) -> Index:
+    def index(self, number: int) -> stores.Index:
         """Indices of point `number` along the dimensions, in the order of computation."""
         return tuple(int(k) for k in np.unravel_index(number, self.shape))
 
-    def at(self, index: Index) -> dict[str, Any]:
+    def at(self, index: stores.Index) -> dict[str, Any]:
         """Arguments of the function at an `index`."""
         if self.dims == (DESIGN,) and DESIGN not in self.values:
             return {name: column[index[0]] for name, column in self.values.items()}
@@ -106,33 +92,34 @@ def points_of(label: str, over: Any) -> Points:
 # Results of a function in a sweep, as columns: numbers, arrays, texts, or a mapping of them
 
 ALONE = "value"  # name of the result of a function that returns one number or array
-OUTCOME = ("ok", STATUS)  # columns of every sweep
+OUTCOME = ("ok", stores.STATUS)  # columns of every sweep
 
 
-def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
+def called(function: Any, arguments: Mapping[str, Any]) -> executors.Outcome:
     """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers."""
     results = function(**arguments)
     named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
     stopped = executors.stopped_runs()
-    said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
+    said, status = np.asarray(named.pop("ok", not stopped)), named.pop(stores.STATUS, "")
     if said.shape or said.dtype.kind != "b":
         raise InputError(f"The function returned ok = {said}; it must be True or False, whether the point succeeded.")
     if not isinstance(status, str):
-        raise InputError(f"The function returned {STATUS!r} = {status!r}, a name of the dataset; it must be a text.")
+        text = f"The function returned {stores.STATUS!r} = {status!r}, a name of the dataset"
+        raise InputError(f"{text}; it must be a text.")
     if not said:
-        return Outcome({}, status or stopped or "The function returned ok = False.", ok=False)
+        return executors.Outcome({}, status or stopped or "The function returned ok = False.", ok=False)
     if not named:
         raise InputError("The function returned an empty mapping; it must return at least one number.")
     for name in named:
         if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
             text = f"The function returned a result called {name!r}"
             raise InputError(f"{text}; a name is a text without '/', not begun by '_'.")
-    return Outcome({name: _array(name, value) for name, value in named.items()}, status or executors.DONE)
+    return executors.Outcome({name: _array(name, value) for name, value in named.items()}, status or executors.DONE)
 
 
 def columns_of(
     results: Mapping[str, Any], dims: Mapping[str, Sequence[str]], known_lengths: Mapping[str, int]
-) -> list[Column]:
+) -> list[stores.Column]:
     """Columns for the results of a call."""
     lengths, columns = dict(known_lengths), []
     for name, (own_dims, array) in results.items():
@@ -146,13 +133,13 @@ def columns_of(
             if lengths.setdefault(dim, length) != length or dim in known_lengths:
                 text = f"The dimension {dim!r} of {name!r} has two lengths or is a parameter"
                 raise InputError(f"{text}. Rename it by dims=.")
-        columns.append(Column(name, kind_of(array), names_of_dims, array.shape))
+        columns.append(stores.Column(name, kind_of(array), names_of_dims, array.shape))
     if any(column.name in lengths and column.dims != (column.name,) for column in columns):
         raise InputError("A result is called like a dimension of another one. Rename it.")
     return columns
 
 
-def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[str, Any]:
+def fitting(results: Mapping[str, Any], columns: Mapping[str, stores.Column]) -> dict[str, Any]:
     """Values of results for the columns of the first successful point; other names, shapes or kinds are refused."""
     if set(results) != set(columns):
         text = f"The function returned {', '.join(sorted(results))}"
@@ -205,12 +192,12 @@ def load_sweep(path: str | Path) -> xr.Dataset:
     FileFormatError : no store, a damaged store, or a format of another version.
     MissingPackageError : zarr is not installed.
     """
-    store = existing(path)
-    attributes = {k: v for k, v in store.attributes.items() if k not in (VERSION, ARRAYS, "fingerprint")}
+    store = stores.existing(path)
+    attributes = {k: v for k, v in store.attributes.items() if k not in (stores.VERSION, stores.ARRAYS, "fingerprint")}
     return dataset_of(store.read(), attributes)
 
 
-def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
+def dataset_of(tables: stores.Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of the arrays and attributes of a record or store."""
     entries: dict[str, Any] = {}
     for name, (dims, values, attrs) in tables.items():  # texts of one width are supported by all file formats
@@ -248,13 +235,13 @@ class Work:
 
     def record(
         self, kind: str, dims: tuple[str, ...], shape: tuple[int, ...], fingerprint: Callable[[], Mapping[str, Any]]
-    ) -> Record:
+    ) -> stores.Record:
         """Record of the results, in a store if one is given; the fingerprint tells sweeps of one kind apart."""
         if self.store is None:
-            return Record(dims, shape)
-        return Record(dims, shape, opened(self.store, fingerprint(), kind, resume=self.resume))
+            return stores.Record(dims, shape)
+        return stores.Record(dims, shape, stores.opened(self.store, fingerprint(), kind, resume=self.resume))
 
-    def done(self, record: Record, chains: Callable[[ProgressBar], Iterable[Chain]]) -> xr.Dataset:
+    def done(self, record: stores.Record, chains: Callable[[ProgressBar], Iterable[executors.Chain]]) -> xr.Dataset:
         """Dataset of a record after all chains have run."""
         done = record.done
         with ProgressBar(self.label, done.size, done=int(done.sum()), shown=self.progress) as bar:
@@ -265,14 +252,14 @@ class Work:
 def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
     """Entries of every fingerprint: version, function with all that it names, fixed values."""
     values = {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())}
-    return {"flexmb": installed_version(), **texts_of("text", function), "fixed": values}
+    return {"flexmb": installed_version(), **stores.texts_of("text", function), "fixed": values}
 
 
 @checked
 def sweep(
     function: Callable[..., Any], over: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]], *,
     fixed: Mapping[str, Any] | None = None, dims: Mapping[str, Sequence[str]] | None = None,
-    executor: Executor | int | None = None, pending: int = PENDING, store: Any = None, resume: bool = False,
+    executor: Executor | int | None = None, pending: int = executors.PENDING, store: Any = None, resume: bool = False,
     progress: bool = False,
 ) -> xr.Dataset:  # fmt: skip
     """Results of a function at all combinations of values, or at a list of designs.
@@ -331,7 +318,8 @@ def sweep(
     label = "sweep"
     if not callable(function):
         raise InputError(f"{label}: function is {function!r}; it must be a function of the parameters.")
-    label = f"sweep of {label_of(function)}"
+    own = stores.label_of(function)
+    label = f"sweep of {own}"
     points, fixed_values = points_of(label, over), checks.mapping(label, "fixed", fixed)
     varied_and_fixed = [name for name in points.values if name in fixed_values]
     if varied_and_fixed:
@@ -339,24 +327,24 @@ def sweep(
     executors.require_executor(label, executor)
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
-    work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
+    work = Work(label, (bound, own), executor, pending, store, resume, progress)
     given = checks.mapping(label, "dims", dims)
     names = {name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names")) for name, d in given.items()}
     record = work.record("sweep", points.dims, points.shape, lambda: settings_of(fixed_values, function) | {
-        "ok": "if all runs reached their ends", "function": label_of(function), "points": list(points.dims),
-        "values": {name: shown_values(list(column)) for name, column in points.values.items()},
+        "ok": "if all runs reached their ends", "function": own, "points": list(points.dims),
+        "values": {name: stores.shown_values(list(column)) for name, column in points.values.items()},
         "dims": {name: list(dims_of_one) for name, dims_of_one in sorted(names.items())},
     })  # fmt: skip
     for name in points.values:
         record.coordinate(name, *points.coordinate(name), unit_of(function, name))
-    record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))
+    record.describe(name=own, kind="sweep", flexmb=installed_version(), axes=sorted(points.values))
     done = record.done
 
-    def chains(bar: ProgressBar) -> Iterator[Chain]:
+    def chains(bar: ProgressBar) -> Iterator[executors.Chain]:
         collector = _Collector(record, points, names, bar)
 
-        def chain(number: int) -> Chain:
-            outcome = yield Job(called, (bound, points.at(points.index(number))))
+        def chain(number: int) -> executors.Chain:
+            outcome = yield executors.Job(called, (bound, points.at(points.index(number))))
             collector.take(number, outcome)
 
         return (chain(number) for number in range(points.count) if not done[points.index(number)])
@@ -370,19 +358,21 @@ class _Collector:
     # The columns belong to the first successful point in the order of the points, not in time. All runs of a sweep thus
     # give the same store. Outcomes of later points are held until the first successful point is known.
 
-    def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar) -> None:
+    def __init__(
+        self, record: stores.Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar
+    ) -> None:
         self.record, self.points, self.dims, self.bar = record, points, dims, bar
-        self.held, self.next = dict[int, Outcome](), 0
-        self.columns: dict[str, Column] | None = None
+        self.held, self.next = dict[int, executors.Outcome](), 0
+        self.columns: dict[str, stores.Column] | None = None
         if record.store is not None and LAYOUT in record.store.attributes:
             layout = record.store.attributes[LAYOUT]
-            self._use([Column(name, kind, tuple(dims), tuple(shape)) for name, kind, dims, shape in layout])
+            self._use([stores.Column(name, kind, tuple(dims), tuple(shape)) for name, kind, dims, shape in layout])
 
-    def take(self, number: int, outcome: Outcome) -> None:
+    def take(self, number: int, outcome: executors.Outcome) -> None:
         """Collect the outcome of point `number`."""
         self.held[number] = outcome
         while self.columns is None and self.next < self.points.count:
-            known = self.next in self.held or bool(self.record.at(self.points.index(self.next), STATUS))
+            known = self.next in self.held or bool(self.record.at(self.points.index(self.next), stores.STATUS))
             if not known or (self.next in self.held and self._decide(self.held[self.next])):
                 break
             self.next += 1
@@ -390,7 +380,7 @@ class _Collector:
             for ready in list(self.held):
                 self._keep(ready, self.held.pop(ready))
 
-    def _decide(self, outcome: Outcome) -> bool:
+    def _decide(self, outcome: executors.Outcome) -> bool:
         """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""
         with executors.Attempt() as attempt:
             if outcome.ok:
@@ -402,16 +392,16 @@ class _Collector:
         self._keep(self.next, kept if attempt.error is None else executors.failure(attempt.error))
         return False
 
-    def _use(self, columns: list[Column]) -> None:
+    def _use(self, columns: list[stores.Column]) -> None:
         self.record.add(columns)
         self.columns = {column.name: column for column in columns}
         self.record.describe(**{LAYOUT: [[c.name, c.kind, list(c.dims), list(c.shape)] for c in columns]})
 
-    def _keep(self, number: int, outcome: Outcome) -> None:
+    def _keep(self, number: int, outcome: executors.Outcome) -> None:
         values: dict[str, Any] = {}
         if outcome.ok:
             with executors.Attempt() as attempt:
                 values = fitting(outcome.values, self.columns or {})
             outcome = outcome if attempt.error is None else executors.failure(attempt.error)
-        self.record.keep(self.points.index(number), {**values, "ok": outcome.ok, STATUS: outcome.status})
+        self.record.keep(self.points.index(number), {**values, "ok": outcome.ok, stores.STATUS: outcome.status})
         self.bar.one_more(ok=outcome.ok)

@@ -16,16 +16,14 @@ from flexmb.dynamics.sweeps.parameter_sweep import dataset_of
 from flexmb.dynamics.sweeps.store import STATUS, Column, Record, opened
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
+from flexmb.late import xr
 from flexmb.model.mechanism import Mechanism
-from flexmb.run.simulate import simulate
+from flexmb.run.simulate import Step, simulate
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.step.method import Method
     from flexmb.parts.wear.worn_joint import WornJoint
-    from flexmb.run.simulate import Step
 
 KIND = "wear"  # kind of the dataset
 # Largest depth that is carried on at once, over the clearance [1]; beyond it ridges grow between the angles.

@@ -405,9 +405,8 @@ def as_dynamics(
         from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 
         return MechanismFlow(system, step=step, method=method, period=period)
-    if not isinstance(system, Dynamics):
-        raise InputError(f"{caller}: system is {system!r}; it must be {wanted}.")
+    flow: Dynamics = checks.instance(caller, "system", system, Dynamics, wanted)
     if step is not None or method is not None:
-        text = f"{caller} {system.name!r}: step= and method= belong to a mechanism"
+        text = f"{caller} {flow.name!r}: step= and method= belong to a mechanism"
         raise InputError(f"{text}; this system has its own. Give them where the system is built.")
-    return system
+    return flow

@@ -65,8 +65,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
     slopes: Any = property(attrgetter("flow.slopes"))
 
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
-        if not isinstance(ode, ODE):
-            raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
+        checks.instance("ImpactODE", "ode", ode, ODE, "an ODE(...), the motion between impacts")
         self.flow, self.gap, self.jump = ode, gap, jump
         self._motion = compiled_motion(ode.method, ode.start, ode.parameters, ode.function, gap, jump)
         if self._motion is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +21,6 @@ from flexmb.results.solution import Solution
 from flexmb.show.pictures import style
 from flexmb.show.pictures.signals import plot_spectrum
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 DIAGRAM_SIZE = (9.0, 5.2)  # [inch]
 # Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them.
 VERDICT_COLOURS = {
@@ -38,7 +34,7 @@ MANY_POINTS = 4000  # number of points above which the markers are smallest
 
 
 @arguments.checked
-def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = None) -> Figure:
+def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = None) -> mpl.figure.Figure:
     """A bifurcation diagram: the points of a signal over the parameter.
 
     The colour shows the verdict on the motion, the marker the direction of the sweep.  Dotted lines are seams between
@@ -112,7 +108,7 @@ def default_signal(diagram: xr.Dataset) -> str:
     return next(iter(eccentric + moving + names))
 
 
-def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
+def _legend(ax: mpl.axes.Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     """Draw the legend: colours of the verdicts, markers of two directions, crosses and dotted lines."""
     look: dict[str, Any] = {"linestyle": "none", "markersize": 6.0}
     verdicts = [name for name in VERDICT_COLOURS if name and any(name == verdict for verdict, _ in pieces)]
@@ -145,7 +141,7 @@ LOST_COLOUR, OPEN_COLOUR = "black", "0.75"
 
 def plot_branch(
     branches: Branch | Sequence[Branch], signal: str, *, value: str = "section", title: str | None = None
-) -> Figure:
+) -> mpl.figure.Figure:
     """Periodic orbits over a parameter: stable orbits solid, unstable orbits dashed, events marked.
 
     Parameters
@@ -180,7 +176,7 @@ def plot_branch(
     return figure
 
 
-def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, labelled: set[str]) -> None:
+def _draw_branch(ax: mpl.axes.Axes, branch: Branch, signal: str, value: str, labelled: set[str]) -> None:
     """Draw a branch by pieces of one stability; the legend names each kind once."""
     x = np.array([p.value for p in branch.points])
     y = _heights(branch, signal, value, branch.points)
@@ -216,7 +212,7 @@ def _heights(branch: Branch, signal: str, value: str, points: tuple[BranchPoint,
     return np.asarray({"min": low, "max": high, "amplitude": 0.5 * (high - low)}[value])
 
 
-def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
+def plot_basin(basin: Basin, *, title: str | None = None) -> mpl.figure.Figure:
     """Basins of attraction: the grid of start values, coloured by attractor, with the fraction of each attractor.
 
     Points of the attractors within the range of the grid are marked.
@@ -267,7 +263,7 @@ ALONG = ("period", "crossing")  # dimensions of a dataset of section points
 
 def plot_phase(
     motion: Solution | xr.Dataset, x: str, y: str, *, since: float | None = None, title: str | None = None
-) -> Figure:
+) -> mpl.figure.Figure:
     """Phase portrait: one signal over another, as a curve.
 
     Parameters
@@ -299,7 +295,7 @@ def plot_phase(
     return figure
 
 
-def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: str | None = None) -> Figure:
+def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: str | None = None) -> mpl.figure.Figure:
     """Section points: one signal over another, or over the number of the period.
 
     Parameters
@@ -332,7 +328,7 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     return figure
 
 
-def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
+def plot_exponents(exponents: Exponents, *, title: str | None = None) -> mpl.figure.Figure:
     """Convergence of Lyapunov exponents over time, with the final values and their errors as bands.
 
     Parameters
@@ -377,11 +373,11 @@ def _signal(label: str, data: xr.Dataset, name: str) -> np.ndarray:
     return np.asarray(data[name].values)
 
 
-def _figure(data: xr.Dataset, title: str | None) -> tuple[Figure, Axes]:
+def _figure(data: xr.Dataset, title: str | None) -> tuple[mpl.figure.Figure, mpl.axes.Axes]:
     return style.panel_of(PORTRAIT_SIZE, str(data.attrs.get("name", "")) if title is None else title)
 
 
-def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
+def _labels(ax: mpl.axes.Axes, data: xr.Dataset, x: str, y: str) -> None:
     same = data[x].attrs.get("units", "") == data[y].attrs.get("units", "")
     style.label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
     style.label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)
@@ -394,7 +390,7 @@ PORTRAIT = 20  # number of periods of a phase portrait
 
 
 @arguments.checked
-def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> Figure:
+def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> mpl.figure.Figure:
     """Relative derivatives of the measures of a signal by all parameters, the largest on top.
 
     Parameters
@@ -428,7 +424,7 @@ def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> 
     return figure
 
 
-def plot_report(report: ChaosReport) -> dict[str, Figure]:
+def plot_report(report: ChaosReport) -> dict[str, mpl.figure.Figure]:
     """Pictures of a `report` of `chaos.report` by the names of their files, as `flexmb chaos` writes them.
 
     Section and phase portrait of each pair of signals, convergence of the exponents, and spectra, as far as there are
@@ -443,7 +439,7 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
     InputError : another kind of object.
     """
     checks.instance("plot_report", "report", report, ChaosReport, "the result of chaos.report()")
-    figures: dict[str, Figure] = {}
+    figures: dict[str, mpl.figure.Figure] = {}
     motion, name = report.motion, report.exponents.name
     number = report.skip + 1 + np.arange(len(motion.points))
     for x, y in report.planes if len(number) else ():
@@ -468,7 +464,7 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
     return {f"{stem}.png": figure for stem, figure in figures.items()}
 
 
-def _widened(figure: Figure, motion: Motion, x: str, y: str | None) -> None:
+def _widened(figure: mpl.figure.Figure, motion: Motion, x: str, y: str | None) -> None:
     """Widen the axes around the points of a cycle, so that round-off is not enlarged."""
     ax = figure.axes[0]
     for name, limits in ((x, ax.set_xlim), (y, ax.set_ylim)) if y else ((x, ax.set_ylim),):
@@ -498,7 +494,7 @@ DEEPEST = 0.45  # depth of the deepest place in a picture of wear, over the radi
 
 
 @arguments.checked
-def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) -> Figure:
+def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) -> mpl.figure.Figure:
     """Profiles of worn surfaces over the turns, magnified, and their deepest place and lost volume.
 
     Of a bearing or journal the dashed circle is the unworn surface; material is lost outwards from a bearing, inwards
@@ -547,7 +543,7 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
     return figure
 
 
-def _turns_bar(figure: Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
+def _turns_bar(figure: mpl.figure.Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
     """Colours of the turns (turns, 4), with their bar below."""
     colours = mpl.colormaps[style.SEQUENTIAL]
     shades = mpl.colors.Normalize(0.0, float(turns[-1]) if len(turns) and turns[-1] > 0.0 else 1.0)
@@ -556,7 +552,9 @@ def _turns_bar(figure: Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
     return np.asarray(colours(shades(turns)))
 
 
-def _sides(figure: Figure, ax: Any, turns: np.ndarray, along: np.ndarray, profiles: Mapping[str, np.ndarray]) -> None:
+def _sides(
+    figure: mpl.figure.Figure, ax: Any, turns: np.ndarray, along: np.ndarray, profiles: Mapping[str, np.ndarray]
+) -> None:
     """Profiles (turns, bins) [m] of the upper and the lower side along a guide, coloured by turns."""
     style.grid(ax)
     colours = _turns_bar(figure, ax, turns)
@@ -567,7 +565,7 @@ def _sides(figure: Figure, ax: Any, turns: np.ndarray, along: np.ndarray, profil
             ax.plot(along, sign * row, color=colour, linewidth=1.0)
 
 
-def _circles(figure: Figure, ax: Any, turns: np.ndarray, profiles: Mapping[str, np.ndarray]) -> None:
+def _circles(figure: mpl.figure.Figure, ax: Any, turns: np.ndarray, profiles: Mapping[str, np.ndarray]) -> None:
     """Profiles (turns, bins) [m] around the unworn circle of the radius 1, of a journal inwards, coloured by turns."""
     largest = max(float(depths.max(initial=0.0)) for depths in profiles.values()) or 1.0
     bins, colours = next(iter(profiles.values())).shape[1], _turns_bar(figure, ax, turns)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +21,6 @@ from flexmb.results.solution import Solution, require_rows
 from flexmb.show.pictures.pose import Colouring, Pose
 from flexmb.show.pictures.scene import SHARE, Box, Scene, box_about, legend, scene_of
 from flexmb.show.pictures.style import DIVERGING, SEQUENTIAL, label_axis, panel_of, words_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Frames of a film as images; axes and labels are drawn once, moving parts for each frame
 
@@ -105,7 +101,7 @@ class Film:
                 artist.draw(renderer)
             yield np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
-    def _make(self) -> tuple[Figure, Axes]:
+    def _make(self) -> tuple[mpl.figure.Figure, mpl.axes.Axes]:
         figure, ax = panel_of((self.size[0] / DPI, self.size[1] / DPI))
         figure.set_dpi(DPI)
         from matplotlib.backends.backend_agg import FigureCanvasAgg

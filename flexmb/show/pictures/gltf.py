@@ -11,7 +11,7 @@ import struct
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,17 +21,13 @@ from flexmb.errors import InputError
 from flexmb.late import mpl
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.results import drawing
-from flexmb.results.drawing import Line, Surface, circle_line, directions, symbols
 from flexmb.results.positions import FlexibleMotion, flexible_motions, magnified
-from flexmb.results.solution import require_rows
+from flexmb.results.solution import Solution, require_rows
 from flexmb.show.pictures.films import stress_limit
 from flexmb.show.pictures.pose import THINNEST, body_colours
 from flexmb.show.pictures.scene import Scene, scene_of
 from flexmb.show.pictures.style import CLEARANCE, SEQUENTIAL
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    from flexmb.results.solution import Solution
 
 MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 FLOAT, UINT = 5126, 5125  # component types of accessors
@@ -187,17 +183,17 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     return target
 
 
-class Export:
-    """Content of a glTF file of some rows of a solution, with the stresses of one whose deformation is true."""
+class Export(Glb):
+    """A glTF document of some rows of a solution, with the stresses of one whose deformation is true."""
 
     def __init__(self, sol: Solution, rows: np.ndarray, true: Solution) -> None:
+        super().__init__(f"flexmb {installed_version()}")
         self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
         self._scene: Scene = scene_of(sol, rows, true=true if true is not sol else None)
-        self._glb = Glb(f"flexmb {installed_version()}")
         self._half = BAR * self._scene.size
         colours = body_colours(self._scene)
-        self._materials = {part: self._glb.material(part, _linear_of(colour)) for part, colour in colours.items()}
-        self._grey = self._glb.material("couplings", _linear_of("#606060"))
+        self._materials = {part: self.material(part, _linear_of(colour)) for part, colour in colours.items()}
+        self._grey = self.material("couplings", _linear_of("#606060"))
         self._rigid()
         for number, line in enumerate(line for line in self._scene.lines if line.is_beam):
             self._beam(number, line)
@@ -207,10 +203,6 @@ class Export:
         self._lines()
         self._pins()
 
-    def bytes(self) -> bytes:
-        """The file."""
-        return self._glb.bytes()
-
     def _rigid(self) -> None:
         """One node for each node of a rigid body, with its outlines and wheels."""
         lines: dict[tuple[str, str], list[np.ndarray]] = {}
@@ -219,25 +211,25 @@ class Export:
                 mine = lines.setdefault((shape.part, shape.node), [])
                 mine += [np.array(line, dtype=float) for line in shape.lines]
             elif isinstance(shape, CircleShape):
-                lines.setdefault(shape.at[:2], []).append(circle_line(shape, 4 * PIN_SIDES + 1))
+                lines.setdefault(shape.at[:2], []).append(drawing.circle_line(shape, 4 * PIN_SIDES + 1))
         for (part, node), mine in lines.items():
             name = f"{part}.{node}" if node else part
             solid = _joined([_bars(line, self._half) for line in mine])
-            mesh = self._glb.mesh(name, *solid, self._materials.get(part, self._grey))
+            mesh = self.mesh(name, *solid, self._materials.get(part, self._grey))
             pose = drawing.pose(self._sol, part, node, self._rows)
-            self._glb.move(self._glb.node(name, [mesh]), self._time, pose[:, :2], pose[:, 2], None)
+            self.move(self.node(name, [mesh]), self._time, pose[:, :2], pose[:, 2], None)
 
-    def _beam(self, number: int, line: Line) -> None:
+    def _beam(self, number: int, line: drawing.Line) -> None:
         """Straight pieces of an element."""
         depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
         for k in range(0, line.points.shape[1] - 1, STRIDE):
             half = max(0.25 * float(depth[k] + depth[k + STRIDE]), THINNEST * self._scene.size)
             solid = _bars(np.array([[0.0, 0.0], [1.0, 0.0]]), half)
-            mesh = self._glb.mesh(f"{line.part} {number}.{k}", *solid, self._materials[line.part])
-            node = self._glb.node(f"{line.part} {number}.{k}", [mesh])
+            mesh = self.mesh(f"{line.part} {number}.{k}", *solid, self._materials[line.part])
+            node = self.node(f"{line.part} {number}.{k}", [mesh])
             self._stretch(node, line.points[:, k], line.points[:, k + STRIDE])
 
-    def _mesh(self, surface: Surface, body: FlexibleMotion) -> None:
+    def _mesh(self, surface: drawing.Surface, body: FlexibleMotion) -> None:
         """A mesh that moves as a rigid body, with the shapes of its deformation."""
         first = np.array(surface.shape.points)
         weights, shapes = body.deformation(surface.points, first)
@@ -246,50 +238,50 @@ class Export:
             top = stress_limit(self._scene)
             colours = _linear(mpl.colormaps[SEQUENTIAL](surface.von_mises.max(axis=0) / top)[:, :3])
             name = f"{surface.part}: largest von Mises stress, 0 to {top:.4g} Pa"
-            material = self._glb.material(name, (1.0, 1.0, 1.0))
+            material = self.material(name, (1.0, 1.0, 1.0))
         up, morphs = np.tile([0.0, 0.0, 1.0], (len(first), 1)), [np.hstack([one, zeros]) for one in shapes]
         plane = np.hstack([first, zeros])
-        mesh = self._glb.mesh(surface.part, plane, up, surface.triangles, material, colours=colours, shapes=morphs)
-        node = self._glb.node(surface.part, [mesh])
-        self._glb.move(node, self._time, body.motion[:, :2], body.motion[:, 2], None)
+        mesh = self.mesh(surface.part, plane, up, surface.triangles, material, colours=colours, shapes=morphs)
+        node = self.node(surface.part, [mesh])
+        self.move(node, self._time, body.motion[:, :2], body.motion[:, 2], None)
         if len(shapes):
-            self._glb.deform(node, self._time, weights)
+            self.deform(node, self._time, weights)
 
     def _stretch(self, node: int, first: np.ndarray, second: np.ndarray) -> None:
         """Move a node of unit length so that it joins two points (n, 2)."""
         way = second - first
         length = np.maximum(np.hypot(*way.T), 1e-9)
         scales = np.stack([length, np.ones(len(length)), np.ones(len(length))], axis=-1)
-        self._glb.move(node, self._time, first, np.unwrap(np.arctan2(way[:, 1], way[:, 0])), scales)
+        self.move(node, self._time, first, np.unwrap(np.arctan2(way[:, 1], way[:, 0])), scales)
 
     def _lines(self) -> None:
         """Springs, dampers, rods and cables."""
         kinds = {shape.part: shape.kind for shape in self._sol.shapes if isinstance(shape, LineShape)}
-        for sign in symbols(self._sol, self._rows, self._scene.size):
+        for sign in drawing.symbols(self._sol, self._rows, self._scene.size):
             if sign.part not in kinds or sign.kind != kinds[sign.part]:
                 continue
             first, second = sign.points[:, 0], sign.points[:, -1]
-            length, u, n = directions(second[0] - first[0])
+            length, u, n = drawing.directions(second[0] - first[0])
             away = sign.points[0] - first[0]
             solid = _bars(np.stack([away @ u / max(float(length[0]), 1e-9), away @ n], axis=-1), 0.3 * self._half)
-            node = self._glb.node(sign.part, [self._glb.mesh(sign.part, *solid, self._grey)])
+            node = self.node(sign.part, [self.mesh(sign.part, *solid, self._grey)])
             self._stretch(node, first, second)
 
     def _pins(self) -> None:
         """Joints as short prisms."""
-        dark = self._glb.material("joints", _linear_of("#101010"))
-        red = self._glb.material("clearance", _linear_of(CLEARANCE))
+        dark = self.material("joints", _linear_of("#101010"))
+        red = self.material("clearance", _linear_of(CLEARANCE))
         names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
         turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
         rim = np.column_stack([np.cos(turn), np.sin(turn)])
         meshes = {
-            material: self._glb.mesh("pin", *_prism(1.6 * self._half * rim, 1.3 * self._half), material)
+            material: self.mesh("pin", *_prism(1.6 * self._half * rim, 1.3 * self._half), material)
             for material in {red if m.kind == "clearance" else dark for m in self._scene.marks if m.kind != "journal"}
         }
         for mark in self._scene.marks:
             if mark.kind != "journal" and mark.part in names:
-                node = self._glb.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
-                self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
+                node = self.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
+                self.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
 
 
 Solid = tuple[np.ndarray, np.ndarray, np.ndarray]  # points, normals and triangles
@@ -299,7 +291,7 @@ def _bars(line: np.ndarray, half: float) -> Solid:
     """Bars of square section along a polyline (m, 2); a cube for a line without length."""
     pieces = []
     for a, b in pairwise(line):
-        _, (ux, uy), _ = directions(b - a)
+        _, (ux, uy), _ = drawing.directions(b - a)
         if ux == uy == 0.0:
             ux, half_x, half_y = 1.0, 2.0 * half, 2.0 * half
         else:
@@ -313,7 +305,7 @@ def _prism(outline: np.ndarray, half: float) -> Solid:
     """Prism of a convex outline (m, 2), counter-clockwise, with half a height along z; each of its faces is flat."""
     n = len(outline)
     low, high = (np.column_stack([outline, np.full(n, z)]) for z in (-half, half))
-    _, _, left = directions(np.roll(outline, -1, axis=0) - outline)
+    _, _, left = drawing.directions(np.roll(outline, -1, axis=0) - outline)
     walls = np.stack([low, np.roll(low, -1, axis=0), np.roll(high, -1, axis=0), high], axis=1).reshape(-1, 3)
     outward = np.repeat(np.column_stack([-left, np.zeros(n)]), 4, axis=0)
     quads = (4 * np.arange(n)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)

@@ -17,12 +17,6 @@ from flexmb.results.drawing import RIGID, Line, Mark, Surface, directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, lay_out, make_drawable
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap, Normalize
-    from matplotlib.text import Annotation
-    from matplotlib.transforms import Bbox
-
     from flexmb.show.pictures.scene import Scene
 
 # Names beside points of a figure, placed where they hide neither one another nor the points
@@ -37,9 +31,9 @@ ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 
 
 def place_names(
-    ax: Axes, points: Sequence[tuple[np.ndarray, str]], lines: Sequence[np.ndarray],
+    ax: mpl.axes.Axes, points: Sequence[tuple[np.ndarray, str]], lines: Sequence[np.ndarray],
     keep_free: Sequence[np.ndarray] = (), feet: Sequence[np.ndarray] = (),
-) -> list[Annotation]:  # fmt: skip
+) -> list[mpl.text.Annotation]:  # fmt: skip
     """Names beside their points; the layout of the figure is settled by this call."""
     # Each name takes the cheapest of some hundred places around its point: the nearest one that is free of other names,
     # of points, and, if possible, of lines. Points, polylines (m, 2) that are better not hidden, further points to be
@@ -80,12 +74,12 @@ def place_names(
     return made
 
 
-def boxes(names: Sequence[Annotation]) -> list[Bbox]:
+def boxes(names: Sequence[mpl.text.Annotation]) -> list[mpl.transforms.Bbox]:
     """Boxes of names on the canvas [pixel]."""
     return [mpl.text.Text.get_window_extent(name) for name in names]
 
 
-def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
+def _annotation(ax: mpl.axes.Axes, point: np.ndarray, name: str) -> mpl.text.Annotation:
     """Name at its point, with a leader that is not shown yet."""
     style: dict[str, Any] = {"ha": "left", "va": "bottom", "fontsize": "x-small", "zorder": 5}
     style |= {"path_effects": [mpl.patheffects.withStroke(linewidth=2.0, foreground="white")], "annotation_clip": False}
@@ -137,17 +131,17 @@ class Colouring:
     """Colours of beams, or of meshes, by a field."""
 
     field: str  # name of the field of the lines
-    scale: Normalize  # value of the colours' ends
-    colours: Colormap  # colour map
+    scale: mpl.colors.Normalize  # value of the colours' ends
+    colours: mpl.colors.Colormap  # colour map
 
 
 class Pose:
     """Artists of one pose on an axes; without a colouring of beams each body has its own colour."""
 
-    def __init__(self, ax: Axes, scene: Scene, now: int, colouring: Colouring | None = None) -> None:
+    def __init__(self, ax: mpl.axes.Axes, scene: Scene, now: int, colouring: Colouring | None = None) -> None:
         self._ax, self._scene = ax, scene
         self._updates: list[Callable[[int], None]] = []
-        self.artists: list[Artist] = []
+        self.artists: list[mpl.artist.Artist] = []
         own = body_colours(scene)
         for line in with_arms(scene):
             if line.kind == RIGID:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,11 +21,6 @@ from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, arrow_line,
 from flexmb.results.solution import Peaks, Solution, Stats, require_rows
 from flexmb.show.pictures.pose import RING, Pose, body_colours, place_names
 from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of, settled
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.text import Annotation
 
 Box = tuple[tuple[float, float], tuple[float, float]]  # limits of x and of y [m]
 PER_ELEMENT = 9  # number of points on a beam element
@@ -137,7 +132,7 @@ CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a r
 def render(
     sol: Solution, times: Sequence[float] | np.ndarray | None = None, *, path: str | Path | None = None,
     size: tuple[float, float] | None = None,
-) -> Figure:  # fmt: skip
+) -> mpl.figure.Figure:  # fmt: skip
     """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
     Each body has a colour.  Beams are drawn deformed in true scale and with their depth.  Joints are dots, joints with
@@ -210,7 +205,9 @@ def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float
     return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 1.4 * wide))
 
 
-def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndarray, str]] = ()) -> list[Annotation]:
+def joint_names(
+    ax: mpl.axes.Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndarray, str]] = ()
+) -> list[mpl.text.Annotation]:
     """Names of the joints beside them; coincident joints share a name."""
     groups: list[tuple[np.ndarray, list[str]]] = []
     for mark in (m for m in scene.marks if m.kind != "journal"):
@@ -229,7 +226,7 @@ def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndar
     return place_names(ax, [*named, *others], lines, [point for ring in rings for point in ring], feet)
 
 
-def legend(figure: Figure, scene: Scene) -> None:
+def legend(figure: mpl.figure.Figure, scene: Scene) -> None:
     """Legend of bodies and joints with clearance, below the panels."""
     colours = body_colours(scene)
     handles = [mpl.lines.Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
@@ -252,7 +249,7 @@ UNITS = {"x": "m", "y": "m", "theta": "rad"}
 
 def plot_mechanism(
     mechanism: Mechanism, path: str | Path | None, *, lengths: bool, size: tuple[float, float] | None
-) -> Figure:
+) -> mpl.figure.Figure:
     """Picture of a mechanism, see `Mechanism.plot`, with lengths of straight links or without; `size` [inch]."""
     if not mechanism.bodies:
         raise InputError(f"{mechanism.label} has no bodies to draw. Add some, e.g. a RigidLink.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,24 +15,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
 from flexmb.results.solution import Solution, require_rows, require_solution
-from flexmb.show.pictures.style import (
-    CLEARANCE,
-    COLOURS,
-    curve,
-    label_axis,
-    label_of,
-    legend_beside,
-    new_figure,
-    panel_of,
-    panels_of,
-    prefixed,
-)
+from flexmb.show.pictures import style
 from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.modes import modes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Envelopes of signals that swing too fast for single lines to be seen
 
@@ -73,13 +58,13 @@ def _column(time: np.ndarray, columns: int) -> np.ndarray:
     return np.asarray(np.minimum(place, columns - 1))
 
 
-def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: str, **style: Any) -> None:
+def draw_signal(ax: mpl.axes.Axes, time: np.ndarray, values: np.ndarray, k: int, label: str, **more: Any) -> None:
     """Draw a signal over time: a line, or the band of its envelope where single lines would be a solid block."""
     # The signal (n,) belongs to instants (n,) [s]; its number k in the panel gives colour and line style. Further
     # keywords are those of matplotlib for a line.
-    look = curve(k)
+    look = style.curve(k)
     if not is_dense(time, values):
-        ax.plot(time, values, label=label, **{**look, **style})
+        ax.plot(time, values, label=label, **{**look, **more})
         return
     middle, low, high = envelope(time, values)
     rim = {"edgecolor": look["color"], "linestyle": look["linestyle"], "linewidth": 0.6}
@@ -92,7 +77,7 @@ WIDTH, PANEL, FRAME = 8.0, 1.9, 0.9  # of the figure, of one panel, of title and
 @arguments.checked
 def plot(
     sol: Solution, names: str | Sequence[str | Sequence[str]], *, title: str | None = None, x: str = "time"
-) -> Figure:
+) -> mpl.figure.Figure:
     """Signals in panels, one above the other.
 
     A signal that swings too fast for single lines to be seen is drawn as a band between its least and largest values;
@@ -131,22 +116,22 @@ def plot(
     figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
     for ax, panel in zip(axes, panels, strict=True):
         _draw(ax, sol, panel, x)
-    label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
+    style.label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
     return figure
 
 
-def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
+def _draw(ax: mpl.axes.Axes, sol: Solution, panel: list[str], x: str) -> None:
     across = sol.time if x == "time" else sol.array(x)
     for k, name in enumerate(panel):
         if x != "time":
-            ax.plot(across, sol.array(name), label=name, **curve(k))
+            ax.plot(across, sol.array(name), label=name, **style.curve(k))
         elif name.endswith(".mode"):  # a mode jumps: a slanted line would show values that it never has
-            ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **curve(k))
+            ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **style.curve(k))
         else:
             draw_signal(ax, across, sol.array(name), k, name)
-    label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
+    style.label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
     if len(panel) > 1:
-        legend_beside(ax)
+        style.legend_beside(ax)
     if x == "time":
         if len(sol.time) > 1:
             ax.set_xlim(sol.time[0], sol.time[-1])
@@ -159,7 +144,9 @@ TURNED_OVER = "energy.turned_over"  # scale of a balance, which is no part of it
 RESIDUAL, GRAVITY = "energy.residual", "energy.gravity"
 
 
-def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title: str | None = None) -> Figure:
+def plot_runs(
+    runs: Mapping[str, Solution], names: str | Sequence[str], *, title: str | None = None
+) -> mpl.figure.Figure:
     """Signals of several runs, a panel for each signal and a curve for each run.
 
     Parameters
@@ -190,16 +177,16 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
     for ax, name in zip(axes, panels, strict=True):
         for k, (label, sol) in enumerate(given.items()):
             draw_signal(ax, sol.time, sol.array(name), k, str(label))
-        label_axis(ax.yaxis, name, first.units(name), between="\n")
-    legend_beside(axes[0])
+        style.label_axis(ax.yaxis, name, first.units(name), between="\n")
+    style.legend_beside(axes[0])
     ends = [float(t) for sol in given.values() for t in (sol.time[0], sol.time[-1])]
     if max(ends) > min(ends):
         axes[0].set_xlim(min(ends), max(ends))
-    label_axis(axes[-1].xaxis, "time", "s")
+    style.label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
-def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
+def plot_energies(sol: Solution, *, title: str | None = None) -> mpl.figure.Figure:
     """Balance of energies: the stored energies, the works and losses, and the residual of the balance.
 
     The energy of gravity is drawn as its change since the first row.
@@ -230,18 +217,18 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
             if name == GRAVITY:  # its zero is at the origin, mostly far below the mechanism
                 label, values = "gravity, from the start", values - values[0]
             draw_signal(ax, sol.time, values, k, label)
-        label_axis(ax.yaxis, text, "J", between="\n")
+        style.label_axis(ax.yaxis, text, "J", between="\n")
         if len(names) > 1:
-            legend_beside(ax)
+            style.legend_beside(ax)
     if sol.time[-1] > sol.time[0]:
         axes[0].set_xlim(sol.time[0], sol.time[-1])
-    label_axis(axes[-1].xaxis, "time", "s")
+    style.label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
-def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
+def panels_of_time(count: int, title: str) -> tuple[mpl.figure.Figure, Sequence[mpl.axes.Axes]]:
     """Figure with panels above one another that share the time."""
-    figure, axes = panels_of((WIDTH, FRAME + PANEL * max(count, 2)), title, rows=count, sharex=True)
+    figure, axes = style.panels_of((WIDTH, FRAME + PANEL * max(count, 2)), title, rows=count, sharex=True)
     figure.align_ylabels(axes)
     return figure, axes
 
@@ -254,7 +241,7 @@ def columns_of(fit: Any, name: str) -> np.ndarray:
 
 
 @arguments.checked
-def plot_residuals(fit: Any, *, title: str | None = None) -> Figure:
+def plot_residuals(fit: Any, *, title: str | None = None) -> mpl.figure.Figure:
     """Measured points with the fitted curve of each signal, and the residuals over their noise below.
 
     A band shows twice the noise, which is that of the scatter if none was given.  Dotted lines begin the pieces of the
@@ -274,23 +261,23 @@ def plot_residuals(fit: Any, *, title: str | None = None) -> Figure:
     names = [str(name) for name in fit.residuals.data_vars]
     size, heights = (WIDTH, FRAME + 1.5 * PANEL * len(names)), [2.0, 1.0] * len(names)
     heading = fit.about["mechanism"] if title is None else title
-    figure, axes = panels_of(size, heading, rows=len(heights), sharex=True, height_ratios=heights)
+    figure, axes = style.panels_of(size, heading, rows=len(heights), sharex=True, height_ratios=heights)
     for name, above, below in zip(names, axes[::2], axes[1::2], strict=True):
         time, measured, computed, left = columns_of(fit, name).T
         dots: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 5.0 if len(time) < COLUMNS else 3.0}
         above.plot(time, measured, color="0.6", label="measured", **dots)
-        above.plot(time, computed, label="fitted", **curve(0))
+        above.plot(time, computed, label="fitted", **style.curve(0))
         below.axhspan(-2.0, 2.0, color="0.9", zorder=0.5, label="twice the noise")
         below.axhline(0.0, color="0.4", linewidth=0.8)
-        below.plot(time, left, color=COLOURS[0], **dots)
+        below.plot(time, left, color=style.COLOURS[0], **dots)
         for ax, begin in ((ax, begin) for ax in (above, below) for begin in fit.begins[1:]):
             ax.axvline(begin, color="0.4", linewidth=0.9, linestyle=":")
-        label_axis(above.yaxis, name, fit.residuals[name].attrs["units"], between="\n")
+        style.label_axis(above.yaxis, name, fit.residuals[name].attrs["units"], between="\n")
         below.set_ylabel("residual\nover noise")
     for ax in axes[:2]:
-        legend_beside(ax)
+        style.legend_beside(ax)
     figure.align_ylabels(axes)
-    label_axis(axes[-1].xaxis, "time", "s")
+    style.label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
@@ -302,7 +289,7 @@ MARKED = 12  # largest number of marked lines, the strongest first
 
 def plot_spectrum(
     spectrum: PowerSpectrum, *, signal: str = "", units: str = "", up_to: float | None = None, title: str | None = None
-) -> Figure:
+) -> mpl.figure.Figure:
     """Power spectrum of a signal with its floor and the strongest lines.
 
     Parameters
@@ -324,21 +311,22 @@ def plot_spectrum(
     frequency, density, floor = (x[inside] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
     summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
     heading = f"{signal}, {summary}" if signal else summary
-    figure, ax = panel_of(SPECTRUM_SIZE, heading if title is None else title)
+    figure, ax = style.panel_of(SPECTRUM_SIZE, heading if title is None else title)
     highest = float(density.max()) or 1.0
-    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=COLOURS[0], linewidth=0.8, label="density")
+    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=style.COLOURS[0], linewidth=0.8, label="density")
     ax.semilogy(frequency, np.maximum(floor, DEEP * highest), color="black", linewidth=0.8, label="floor")
     lines = [f for f in spectrum.peaks[:MARKED] if f <= frequency[-1]]
     if lines:
         heights = density[np.searchsorted(frequency, lines)]
-        ax.semilogy(lines, heights, "v", color=COLOURS[1], markersize=5, linestyle="none", label="strongest lines")
+        look: dict[str, Any] = {"color": style.COLOURS[1], "markersize": 5, "linestyle": "none"}
+        ax.semilogy(lines, heights, "v", label="strongest lines", **look)
     ax.set_xlim(frequency[0], frequency[-1])
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
-    label_axis(ax.xaxis, "frequency", spectrum.units)
+    style.label_axis(ax.xaxis, "frequency", spectrum.units)
     squared = f"{units}^2" if units.isalpha() else f"({units})²" if units else "1"
     per = "/Hz" if spectrum.units == "Hz" else " iteration"
-    ax.set_ylabel(label_of("power density", f"{squared}{per}"))
+    ax.set_ylabel(style.label_of("power density", f"{squared}{per}"))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
     return figure
 
@@ -350,7 +338,7 @@ def plot_campbell(
     mechanism: Mechanism, speeds: Sequence[float] | np.ndarray, *, count: int = 4,
     orders: Sequence[float] = (1.0, 2.0, 3.0, 4.0), about: tuple[float, float] = (0.0, 0.0), damped: bool = False,
     title: str | None = None,
-) -> Figure:  # fmt: skip
+) -> mpl.figure.Figure:  # fmt: skip
     """Campbell diagram: natural frequencies over the speed of rotation, and the multiples of the speed.
 
     At each speed the mechanism is at rest in a frame that turns (`static_equilibrium(spin=...)`), and its modes are
@@ -378,7 +366,7 @@ def plot_campbell(
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
     found, failed = _frequencies(mechanism, given, checks.count("plot_campbell", "count", count), about, damped)
-    figure, ax = panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
+    figure, ax = style.panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
         ax.plot(given, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
@@ -386,12 +374,12 @@ def plot_campbell(
         beside: Any = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "fontsize": "small"}
         ax.annotate(text, (given[-1], line[-1]), **beside)
     for k, frequency in enumerate(found.T):
-        ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **curve(k))
+        ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **style.curve(k))
     if failed:
         look: dict[str, Any] = {"color": "black", "clip_on": False, "transform": ax.get_xaxis_transform()}
         ax.plot(failed, np.full(len(failed), 0.015), "x", label="failed", **look)
-    label_axis(ax.xaxis, "speed", "rad/s")
-    label_axis(ax.yaxis, "natural frequency", "Hz")
+    style.label_axis(ax.xaxis, "speed", "rad/s")
+    style.label_axis(ax.yaxis, "natural frequency", "Hz")
     ax.set_xlim(given[0], given[-1])
     ax.set_ylim(0.0, 1.08 * float(np.nanmax(found)) if np.isfinite(found).any() else 1.0)
     figure.legend(loc="outside right upper", frameon=False, fontsize="small")
@@ -423,7 +411,7 @@ JOURNAL_SIZE = (5.6, 5.4)  # of a figure [inch]
 def plot_journal(
     sol: Solution, joint: Part | str, *, clearance: float | None = None, since: float | None = None,
     title: str | None = None,
-) -> Figure:  # fmt: skip
+) -> mpl.figure.Figure:  # fmt: skip
     """Orbit of a journal: its centre relative to that of the bearing, and the circle of the clearance.
 
     Rows with contact are dots: beyond the circle by the penetration; in a film of oil, from the height of the roughness
@@ -456,26 +444,30 @@ def plot_journal(
         radius = float(np.median(np.hypot(ex, ey)[touching] - depth[touching]))
     else:
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
-    figure, ax = panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
+    figure, ax = style.panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     label = f"clearance {radius:.3g} m"
-    ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=CLEARANCE, linewidth=1.4, linestyle="--", label=label)
-    ax.plot(ex, ey, color=COLOURS[0], linewidth=0.7, label="orbit")
+    ax.plot(
+        radius * np.cos(turn), radius * np.sin(turn), color=style.CLEARANCE, linewidth=1.4, linestyle="--", label=label
+    )
+    ax.plot(ex, ey, color=style.COLOURS[0], linewidth=0.7, label="orbit")
     ax.plot(ex[touching], ey[touching], ".", color="black", markersize=2.5, linestyle="none", label="contact")
     if film is not None:
         k = int(film.argmin())
         label = f"thinnest film {film[k]:.3g} m"
-        ax.plot(ex[k], ey[k], "o", color=COLOURS[1], markersize=6.0, linestyle="none", fillstyle="none", label=label)
+        ax.plot(
+            ex[k], ey[k], "o", color=style.COLOURS[1], markersize=6.0, linestyle="none", fillstyle="none", label=label
+        )
     ax.set_aspect("equal", adjustable="datalim")
-    label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
-    label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
+    style.label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
+    style.label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
     figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     return figure
 
 
 def plot_contact_force(
     sol: Solution, joint: Part | str, *, since: float | None = None, title: str | None = None
-) -> Figure:
+) -> mpl.figure.Figure:
     """Normal force of a joint with clearance over the direction of the contact, in polar coordinates.
 
     The direction is that from the centre of the bearing to the journal, in world axes; 0 is to the right.  Dots are
@@ -498,11 +490,11 @@ def plot_contact_force(
     touching = force > 0.0
     if not touching.any():
         raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
-    figure = new_figure(JOURNAL_SIZE)
+    figure = style.new_figure(JOURNAL_SIZE)
     ax = figure.add_subplot(projection="polar")
     angle = np.arctan2(ey, ex)[touching]
-    ax.vlines(angle, 0.0, force[touching], color=COLOURS[0], linewidth=0.5, alpha=0.35)
-    ax.plot(angle, force[touching], ".", color=COLOURS[0], markersize=3.0, linestyle="none")
+    ax.vlines(angle, 0.0, force[touching], color=style.COLOURS[0], linewidth=0.5, alpha=0.35)
+    ax.plot(angle, force[touching], ".", color=style.COLOURS[0], markersize=3.0, linestyle="none")
     ax.set_ylim(0.0, 1.05 * float(force.max()))
     ordered = np.sort(angle)  # the numbers stand in the widest gap
     gaps = np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi))
@@ -517,7 +509,9 @@ def plot_contact_force(
 DIRECTIONS = 720  # number of directions of a pressure around a bearing
 
 
-def plot_pressure(sol: Solution, joint: Part | str, *, at: float | None = None, title: str | None = None) -> Figure:
+def plot_pressure(
+    sol: Solution, joint: Part | str, *, at: float | None = None, title: str | None = None
+) -> mpl.figure.Figure:
     """Pressure of an oil film around its bearing, in the middle of the width, in polar coordinates.
 
     Directions are those from the centre of the bearing, in world axes; 0 is to the right.  The dashed line leads to the
@@ -546,11 +540,11 @@ def plot_pressure(sol: Solution, joint: Part | str, *, at: float | None = None, 
     (x, y), *motion = _of_film(sol, name, k)
     found = part.oiled.pressures(directions, np.array([x, y]), *motion)
     largest, thinnest = float(np.abs(found).max()), float(sol.array(f"{name}.film_thickness")[k])
-    power, unit = prefixed("Pa", largest)
-    figure = new_figure(JOURNAL_SIZE)
+    power, unit = style.prefixed("Pa", largest)
+    figure = style.new_figure(JOURNAL_SIZE)
     ax = figure.add_subplot(projection="polar")
-    ax.fill_between(directions, 0.0, found * 10.0**-power, color=COLOURS[0], alpha=0.25, linewidth=0.0)
-    ax.plot(directions, found * 10.0**-power, color=COLOURS[0])
+    ax.fill_between(directions, 0.0, found * 10.0**-power, color=style.COLOURS[0], alpha=0.25, linewidth=0.0)
+    ax.plot(directions, found * 10.0**-power, color=style.COLOURS[0])
     top, towards = 1.05 * (largest or 1.0) * 10.0**-power, float(np.arctan2(y, x))
     label = "to the journal's centre"
     ax.plot([towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label=label)

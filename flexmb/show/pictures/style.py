@@ -8,21 +8,15 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flexmb.dynamics.jobs.files import whole_file
 from flexmb.late import mpl
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
-    from matplotlib.text import Text
-
 EMPTY = "Last Resort"  # beginning of the name of a font of matplotlib that has a box for each script, and no characters
 
 
-def make_drawable(texts: Iterable[Text]) -> None:
+def make_drawable(texts: Iterable[mpl.text.Text]) -> None:
     r"""Set the fonts of texts by their characters; characters without a font become escapes such as \u66f2."""
     for text in texts:
         words = text.get_text()
@@ -54,7 +48,7 @@ def _has(file: str, character: str) -> bool:
         return False
 
 
-def new_figure(size: tuple[float, float]) -> Figure:
+def new_figure(size: tuple[float, float]) -> mpl.figure.Figure:
     """Figure of a size [inch]; saving it makes the folder of the file, drawing it finds fonts for all characters."""
     return _picture()(figsize=size, layout="constrained")
 
@@ -89,7 +83,7 @@ def _picture() -> type[mpl.figure.Figure]:
 
 
 @contextmanager
-def settled(figure: Figure) -> Iterator[None]:
+def settled(figure: mpl.figure.Figure) -> Iterator[None]:
     """Figure whose panels keep the places that its layout gives them now; matplotlib would draw it once more for it."""
     engine = figure.get_layout_engine()
     if engine is not None:
@@ -102,14 +96,12 @@ def settled(figure: Figure) -> Iterator[None]:
             figure.set_layout_engine(engine)
 
 
-def texts_of(figure: Figure) -> list[Text]:
+def texts_of(figure: mpl.figure.Figure) -> list[mpl.text.Text]:
     """All texts of a figure."""
-    from matplotlib.text import Text
-
-    return [text for text in figure.findobj(Text) if isinstance(text, Text)]
+    return [text for text in figure.findobj(mpl.text.Text) if isinstance(text, mpl.text.Text)]
 
 
-def lay_out(figure: Figure) -> None:
+def lay_out(figure: mpl.figure.Figure) -> None:
     """Give the panels their places."""
     engine = figure.get_layout_engine()
     if engine is not None:
@@ -140,7 +132,7 @@ def curve(k: int) -> dict[str, Any]:
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)], "linewidth": WIDTH}
 
 
-def grid(ax: Axes) -> None:
+def grid(ax: mpl.axes.Axes) -> None:
     """Pale grid behind the curves."""
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
@@ -148,7 +140,7 @@ def grid(ax: Axes) -> None:
 
 def panels_of(
     size: tuple[float, float], title: str = "", *, rows: int = 1, columns: int = 1, **sharing: Any
-) -> tuple[Figure, list[Axes]]:
+) -> tuple[mpl.figure.Figure, list[mpl.axes.Axes]]:
     """Figure of a size [inch] with a title and panels on pale grids, row by row; `sharing` as of matplotlib."""
     figure = new_figure(size)
     axes = list(figure.subplots(rows, columns, squeeze=False, **sharing).flat)
@@ -159,13 +151,13 @@ def panels_of(
     return figure, axes
 
 
-def panel_of(size: tuple[float, float], title: str = "") -> tuple[Figure, Axes]:
+def panel_of(size: tuple[float, float], title: str = "") -> tuple[mpl.figure.Figure, mpl.axes.Axes]:
     """Figure of one panel, as of `panels_of`."""
     figure, axes = panels_of(size, title)
     return figure, axes[0]
 
 
-def legend_beside(ax: Axes, **more: Any) -> None:
+def legend_beside(ax: mpl.axes.Axes, **more: Any) -> None:
     """Legend beside a panel: inside it would hide some part of the curves."""
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small", **more)
 
@@ -189,7 +181,9 @@ def prefixed(units: str, largest: float) -> tuple[int, str]:
     return power, PREFIXES[power] + units
 
 
-def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axis | None = None) -> None:
+def label_axis(
+    axis: mpl.axis.Axis, name: str, units: str, between: str = " ", equal: mpl.axis.Axis | None = None
+) -> None:
     """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit."""
     # Where the unit takes no prefix, a common power of ten stands at the end of the axis. `equal` is another axis of
     # this unit that gets the same prefix.

@@ -13,7 +13,6 @@ from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import FileFormatError
 from flexmb.late import mpl, pyvista
 from flexmb.results import drawing
-from flexmb.results.drawing import MESH
 from flexmb.results.positions import magnified
 from flexmb.results.solution import Solution, require_rows
 from flexmb.results.vtk import UNITS
@@ -191,7 +190,7 @@ class Window:
                 if is_point(line):
                     self._point(line.points[:, 0], {"color": colour, "point_size": 24})
                 else:
-                    self._lines([line.points], {"color": colour, "line_width": 2 if line.kind == MESH else 5})
+                    self._lines([line.points], {"color": colour, "line_width": 2 if line.kind == drawing.MESH else 5})
         beams = [line for line in self._scene.lines if line.is_beam]
         for name in dict.fromkeys(line.part for line in beams):
             mine = [line for line in beams if line.part == name]

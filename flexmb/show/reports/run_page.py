@@ -17,26 +17,9 @@ from flexmb.model.mechanism import Mechanism, described, values_text
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import spread_instants
 from flexmb.results.netcdf import ENERGIES
-from flexmb.results.solution import Solution, contact_facts, matching, require_rows
-from flexmb.results.solution import facts as facts_of
+from flexmb.results.solution import Solution, contact_facts, facts, matching, require_rows
 from flexmb.results.status import main_signals, panels
-from flexmb.show.reports.document import (
-    MIDDLE,
-    Content,
-    Markup,
-    facts,
-    floats,
-    instants,
-    joined,
-    number,
-    quantised,
-    quantity,
-    section,
-    state_of,
-    table,
-    tag,
-    write_page,
-)
+from flexmb.show.reports import document as html
 from flexmb.show.reports.scene import fields_of, player, scene_or_reason
 from flexmb.version import installed_version
 
@@ -82,13 +65,13 @@ def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any
     first = panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]]
     found: dict[str, Any] = {
         "names": names, "units": [sol.units(name) for name in names],
-        "panels": [panel[:MOST_IN_PANEL] for panel in first], "time": instants(sol.time[frames]),
+        "panels": [panel[:MOST_IN_PANEL] for panel in first], "time": html.instants(sol.time[frames]),
     }  # fmt: skip
     if len(sol.time) <= ROWS_PER_FRAME * len(frames) + 1:
-        return {**found, "rows": frames.tolist(), "abscissae": instants(sol.time), "curves": floats(values)}
+        return {**found, "rows": frames.tolist(), "abscissae": html.instants(sol.time), "curves": html.floats(values)}
     times, narrow = envelope(sol.time, values, len(frames))
-    at_frames = floats(values[frames])
-    return {**found, "at_frames": at_frames, "abscissae": instants(times), "curves": floats(narrow), "envelope": True}
+    found |= {"at_frames": html.floats(values[frames]), "abscissae": html.instants(times)}
+    return {**found, "curves": html.floats(narrow), "envelope": True}
 
 
 def envelope(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray]:
@@ -143,31 +126,31 @@ def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
         depth, force = (np.nan_to_num(sol.array(x)) if x in sol else np.zeros(len(sol.time)) for x in names)
         now = np.column_stack([pair[frames], depth[frames], force[frames]])
         touching = "".join("1" if x > 0.0 else "0" for x in depth[every])
-        path = {"path": quantised(pair[every], MIDDLE), "touching": touching}
-        found.append({"joint": joint, "clearance": clearance, "now": floats(now), **path})
+        path = {"path": html.quantised(pair[every], html.MIDDLE), "touching": touching}
+        found.append({"joint": joint, "clearance": clearance, "now": html.floats(now), **path})
     return found
 
 
-def _joint(sol: Solution, joint: str) -> Markup:
+def _joint(sol: Solution, joint: str) -> html.Markup:
     """Picture, facts and contact intervals of a joint."""
     clearance = clearance_of(sol, joint)
     known = any(name.partition(".")[0] == joint for name in sol.contacts.names)
-    rows: list[tuple[str, str | None]] = [("clearance", quantity(clearance, "m"))] if clearance is not None else []
+    rows: list[tuple[str, str | None]] = [("clearance", html.quantity(clearance, "m"))] if clearance is not None else []
     rows += [(fact.label, fact.text) for fact in contact_facts(sol, joint)]
     if f"{joint}.normal_force" in sol:
         peak = sol.peak(f"{joint}.normal_force")
-        rows.append(("largest normal force", f"{quantity(peak.value, 'N')} at t = {peak.time:.6g} s"))
+        rows.append(("largest normal force", f"{html.quantity(peak.value, 'N')} at t = {peak.time:.6g} s"))
     label = f"Journal of joint {joint} in its bearing, with the path of its centre"
-    picture = tag("canvas", class_="journal", role="img", aria_label=label, data_joint=joint)
-    left = tag("div", picture if clearance is not None else None, facts(rows), class_="journal-side")
+    picture = html.tag("canvas", class_="journal", role="img", aria_label=label, data_joint=joint)
+    left = html.tag("div", picture if clearance is not None else None, html.facts(rows), class_="journal-side")
     listing = _intervals(sol.episodes(joint), joint) if known else None
-    return tag("article", tag("h3", joint), tag("div", left, listing, class_="joint"), class_="card")
+    return html.tag("article", html.tag("h3", joint), html.tag("div", left, listing, class_="joint"), class_="card")
 
 
-def _intervals(episodes: Episodes, joint: str) -> Markup:
+def _intervals(episodes: Episodes, joint: str) -> html.Markup:
     """Table of contact intervals, each with a button that goes to its start."""
     if not len(episodes):
-        return tag("p", "The surfaces did not touch.")
+        return html.tag("p", "The surfaces did not touch.")
     caption, several = f"Contact intervals of {joint}", len(set(episodes.contact)) > 1
     if len(episodes) > MOST_EPISODES:
         strongest = np.sort(np.argsort(-episodes.peak_force, kind="stable")[:MOST_EPISODES])
@@ -178,13 +161,14 @@ def _intervals(episodes: Episodes, joint: str) -> Markup:
         when = e.start if np.isfinite(e.start) else e.end
         shown = f"{e.start:.6g}" if np.isfinite(e.start) else "before"
         times = {"data_time": f"{when:.9g}", "data_end": f"{e.end:.9g}"} if np.isfinite(when) else {}
-        go = tag("button", shown, type="button", class_="go", **times)
+        go = html.tag("button", shown, type="button", class_="go", **times)
         numbers = (e.duration, e.approach_speed, e.peak_force, e.impulse, e.dissipated_contact)
         cells = ["-" if not np.isfinite(x) else f"{x:.4g}" for x in numbers]
         rows.append([go, *([e.contact] if several else []), MODES.get(e.mode, str(e.mode)), *cells])
     heads = ["onset [s]", *(["contact"] if several else []), "kind", "duration [s]", "approach [m/s]"]
     heads += ["largest force [N]", "impulse [N s]", "loss [J]"]
-    return tag("div", table(caption, heads, rows, numbers=range(len(heads) - 5, len(heads))), class_="intervals")
+    listing = html.table(caption, heads, rows, numbers=range(len(heads) - 5, len(heads)))
+    return html.tag("div", listing, class_="intervals")
 
 
 # Tables of the parts of a mechanism: bodies, joints, loads, with their numbers, sections, materials and laws
@@ -199,25 +183,26 @@ NOT_EXAMINED = (
 )
 
 
-def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
+def _model_section(sol: Solution, description: Mapping[str, Any]) -> html.Markup:
     """Section of all parts, in plain values (see `flexmb.model.mechanism`); empty: unknown."""
     parts = description.get("parts", [])
     if not parts:
         names = ", ".join(dict.fromkeys(name.partition(".")[0] for name in sol.names)) or "no part"
-        return section("Model", tag("p", UNKNOWN), facts([("signals of", names)]), anchor="model")
+        return html.section("Model", html.tag("p", UNKNOWN), html.facts([("signals of", names)]), anchor="model")
     bodies = [part for part in parts if part["kind"] == "body"]
     masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
     other = (part for part in parts if part["kind"] != "body")
     others = [[p["name"], p["class"], _ends(p["fields"]), _values(sol, p)] for p in other]
     gx, gy = description.get("gravity", (0.0, 0.0))
-    mass, accelerated = quantity(sum(mass or 0.0 for mass in masses), "kg"), pretty("m/s^2")
-    summary = [("parts", f"{len(parts)}"), ("mass", mass), ("gravity", f"({number(gx)}, {number(gy)}) {accelerated}")]
-    texts = ["-" if mass is None else number(mass) for mass in masses]
+    gravity = f"({html.number(gx)}, {html.number(gy)}) {pretty('m/s^2')}"
+    mass = html.quantity(sum(mass or 0.0 for mass in masses), "kg")
+    summary = [("parts", f"{len(parts)}"), ("mass", mass), ("gravity", gravity)]
+    texts = ["-" if mass is None else html.number(mass) for mass in masses]
     rows = [[p["name"], p["class"], text, values_text(p["fields"])] for p, text in zip(bodies, texts, strict=True)]
     heads, more = ["name", "class", "mass [kg]", "values"], ["name", "class", "between", "values"]
-    listed = table("Bodies", heads, rows, numbers=[2]) if bodies else None
-    rest = table("Joints, drives, loads and other parts", more, others) if others else None
-    return section("Model", facts(summary), listed, rest, anchor="model")
+    listed = html.table("Bodies", heads, rows, numbers=[2]) if bodies else None
+    rest = html.table("Joints, drives, loads and other parts", more, others) if others else None
+    return html.section("Model", html.facts(summary), listed, rest, anchor="model")
 
 
 def _values(sol: Solution, part: Mapping[str, Any]) -> str:
@@ -233,28 +218,29 @@ def _ends(fields: Mapping[str, Any]) -> str:
     return " and ".join(str(name) for name in names if isinstance(name, str))
 
 
-def _check_section(report: Report | str) -> Markup:
+def _check_section(report: Report | str) -> html.Markup:
     """Section of the examination of the mechanism, a result of `check`, or the reason why there is none."""
     if isinstance(report, str):
-        return section("Examination", tag("p", report), anchor="check")
+        return html.section("Examination", html.tag("p", report), anchor="check")
     counts = [(sum(f.severity == severity for f in report.findings), severity) for severity in SEVERITIES]
     words = ", ".join(f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count)
-    frequencies = ", ".join(number(f, 4) for f in report.frequencies) + " Hz" if report.frequencies else "none"
-    rows: list[tuple[str, Content]] = [
+    frequencies = ", ".join(html.number(f, 4) for f in report.frequencies) + " Hz" if report.frequencies else "none"
+    rows: list[tuple[str, html.Content]] = [
         ("findings", words or "nothing to remark"),
         ("degrees of freedom", f"{report.freedom} (rigid bodies, clearances closed), {report.free} not driven"),
         ("equations", f"{report.coordinates} coordinates, {report.rows} constraint rows"),
         ("natural frequencies", frequencies),
     ]
-    found = [[tag("span", f.severity, class_=f"badge {f.severity}"), f.code, f.text, f.remedy] for f in report.findings]
-    heads = ["severity", "code", "finding", "remedy"]
-    return section("Examination", facts(rows), table("Findings", heads, found) if found else None, anchor="check")
+    badges = (html.tag("span", f.severity, class_=f"badge {f.severity}") for f in report.findings)
+    found = [[badge, f.code, f.text, f.remedy] for badge, f in zip(badges, report.findings, strict=True)]
+    listed = html.table("Findings", ["severity", "code", "finding", "remedy"], found) if found else None
+    return html.section("Examination", html.facts(rows), listed, anchor="check")
 
 
 CAPTION = "Energies [J] at the first and the last saved instant, and their largest absolute values"
 
 
-def energy_section(sol: Solution) -> Markup | None:
+def energy_section(sol: Solution) -> html.Markup | None:
     """Section of the balance of energies; None for a solution without energies."""
     names = {key: f"energy.{key}" for key in ENERGIES if f"energy.{key}" in sol}
     if not names or not len(sol.time):
@@ -262,14 +248,14 @@ def energy_section(sol: Solution) -> Markup | None:
     rows = []
     for key, name in names.items():
         first, last = sol.array(name)[[0, -1]]
-        rows.append([ENERGIES[key], number(first), number(last), number(sol.peak(name).value)])
-    made = table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3])
+        rows.append([ENERGIES[key], html.number(first), html.number(last), html.number(sol.peak(name).value)])
+    made = html.table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3])
     share = None
     if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
         part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
-        share = tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
-    plot = tag("div", class_="plots", id="energy-plots")
-    return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
+        share = html.tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
+    plot = html.tag("div", class_="plots", id="energy-plots")
+    return html.section("Balance of energies", share, html.tag("div", plot, made, class_="pair"), anchor="energy")
 
 
 def _short(value: Any) -> str:
@@ -277,16 +263,16 @@ def _short(value: Any) -> str:
     return text if len(text) <= 400 else f"{text[:400]} ..."
 
 
-def _head(sol: Solution) -> Markup:
+def _head(sol: Solution) -> html.Markup:
     """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
-    span = f"{quantity(sol.time[0], 's')} to {quantity(sol.time[-1], 's')}"
+    span = f"{html.quantity(sol.time[0], 's')} to {html.quantity(sol.time[-1], 's')}"
     saved, stats = counted(len(sol.time), "saved instant"), sol.stats
     text = f"{span}, {saved}, {counted(stats.steps, 'step')}, {stats.wall_time:.3g} s of computing"
-    numbers = state_of("" if sol.ok else "not finished", tag("span", text))
+    numbers = html.state_of("" if sol.ok else "not finished", html.tag("span", text))
     if sol.ok and ". " not in sol.status:
         return numbers
     kind = "warning" if sol.ok else "error"
-    return joined([numbers, tag("p", sol.status, class_=f"told {kind}", role="status")])
+    return html.joined([numbers, html.tag("p", sol.status, class_=f"told {kind}", role="status")])
 
 
 SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
@@ -311,49 +297,51 @@ def write_run(
     data: dict[str, Any] = {"kind": "run", "name": sol.name, "signals": curves(sol, names, instants)}
     data |= {"scene": moving, "journals": clearance_data(sol, instants)}
     heading = sol.name if title is None else title
-    shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, fields=fields_of(moving))
+    shown = player(sol, heading, fields=fields_of(moving)) if moving else html.tag("p", missing, class_="missing")
     description = described(known) if known is not None else dict(sol.description)
     # Settings, versions and the command of the run
     model = dict(sol.model)
     command = model.pop("command", None)
     typed = shlex.join(["flexmb", *map(str, command if isinstance(command, list) else [command])])
-    rows: list[tuple[str, Content]] = [("command", tag("code", typed))] if command else []
+    rows: list[tuple[str, html.Content]] = [("command", html.tag("code", typed))] if command else []
     rows += [("mechanism", sol.name), ("frames here", f"{len(instants)} of {len(sol.time)} saved instants")]
     rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
     written = model.get("flexmb", model.get("version", "unknown"))
     here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
     rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
-    settings = section("Settings and versions", facts(rows), anchor="settings")
-    sections = joined([_body(sol, shown, known, description), settings])
-    page = tag("main", sections, id="top")
+    settings = html.section("Settings and versions", html.facts(rows), anchor="settings")
+    sections = html.joined([_body(sol, shown, known, description), settings])
+    page = html.tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
-    return write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
+    return html.write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
 
 
-def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> Markup:
+def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> html.Markup:
     """All sections but the last one."""
-    panels = tag("div", class_="plots", id="plots")
-    select = tag("select", tag("option", "Add a plot ...", value=""), id="more-signals", aria_label="Add a plot")
+    panels = html.tag("div", class_="plots", id="plots")
+    first = html.tag("option", "Add a plot ...", value="")
+    select = html.tag("select", first, id="more-signals", aria_label="Add a plot")
     hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
-    more = tag("div", select, tag("p", hint, class_="hint"), class_="more")
-    plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, more, class_="signals")
+    more = html.tag("div", select, html.tag("p", hint, class_="hint"), class_="more")
+    plots = html.tag("div", html.tag("h2", "Signals over the time t [s]"), panels, more, class_="signals")
     largest = []
     for name in (name for name in main_signals(sol) if name in sol):
         peak = sol.peak(name)
-        go = tag("button", number(peak.time), type="button", class_="go", data_time=repr(peak.time))
-        largest.append([name, number(peak.value), pretty(sol.units(name)), go])
+        go = html.tag("button", html.number(peak.time), type="button", class_="go", data_time=repr(peak.time))
+        largest.append([name, html.number(peak.value), pretty(sol.units(name)), go])
     heads = ["signal", "largest absolute value", "unit", "at t [s]"]
-    peaks = table("Largest absolute values of all accepted steps", heads, largest, numbers=[1])
+    peaks = html.table("Largest absolute values of all accepted steps", heads, largest, numbers=[1])
     joints = [_joint(sol, joint) for joint in joints_with_contacts(sol)]
-    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
-    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
-    return joined(
+    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts(sol))]
+    notes = html.tag("ul", *(html.tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
+    heading = html.tag("h3", "Notes") if notes else None
+    return html.joined(
         [
-            tag("div", moving, plots, class_="stage"),
-            section("Largest values", peaks, anchor="peaks") if largest else None,
-            section("Joints with clearance", *joints, anchor="clearances") if joints else None,
+            html.tag("div", moving, plots, class_="stage"),
+            html.section("Largest values", peaks, anchor="peaks") if largest else None,
+            html.section("Joints with clearance", *joints, anchor="clearances") if joints else None,
             energy_section(sol),
-            section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics"),
+            html.section("Statistics", html.facts(rows), heading, notes, anchor="statistics"),
             _model_section(sol, description),
             _check_section(examined(mechanism)),
         ]
