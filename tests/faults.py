@@ -50,8 +50,8 @@ CORE = (
     ),
     Fault(
         "engine/energy.py",
-        "bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])",
-        "bow = trial.mean_v[i] + 0.5 * (flow.v[i] + trial.v[i])",
+        "(trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i]))",
+        "(trial.mean_v[i] + 0.5 * (flow.v[i] + trial.v[i]))",
         "physics/test_ledger.py physics/test_conservation.py",
     ),
     Fault(
