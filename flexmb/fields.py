@@ -9,6 +9,8 @@ A plain field of a dataclass, as in parts of users, has neither meaning nor unit
 finite.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import inspect
 import math

@@ -1,5 +1,7 @@
 """Commands on saved runs: films, pictures, pages, VTK files, repetition."""
 
+from __future__ import annotations
+
 import argparse
 import re
 from contextlib import suppress

@@ -1,5 +1,7 @@
 """The verdict on a motion from its section points: evidence (bands, cycles, stationarity), and its kind."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from numbers import Real

@@ -1,5 +1,7 @@
 """Examination of a mechanism before it moves, and its report; known causes of failed runs."""
 
+from __future__ import annotations
+
 import json
 import re
 from collections.abc import Callable

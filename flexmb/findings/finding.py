@@ -1,5 +1,7 @@
 """Findings before, during and after a run, with code, parts, text, remedy and numbers."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,25 +36,30 @@ TRIED_GAP = 1e-4  # size of the gaps at which normal laws are tried [m]
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on laws and motions of users, on tables, and on implausible angles and gravity."""
     findings = implausible_findings(mechanism)
-    for part in mechanism.parts:
-        for law in filter(_is_tried, _laws(part)):
+    for name, law in _laws(mechanism):
+        kind: Any = type(law)
+        if kind.findings is not Law.findings or kind.kernel.function.__module__.partition(".")[0] != "flexmb":
             try:
-                findings += _of_law(part.name, law)
+                findings += _of_law(name, law)
             except TypeError:  # a law with arrays, which is not remembered
-                findings += _of_law.__wrapped__(part.name, law)
+                findings += _of_law.__wrapped__(name, law)
     return findings
 
 
-def _laws(part: Part) -> Iterator[Law]:
-    """Laws and motions among the fields of a part, and among several in one field."""
-    for value in vars(part).values():
-        yield from (one for one in (value if isinstance(value, tuple) else (value,)) if isinstance(one, Law))
+def _laws(mechanism: Mechanism) -> Iterator[tuple[str, Law]]:
+    """Laws and motions among the fields of all parts, and among several in one field, with the names of the parts."""
+    for part in mechanism.parts:
+        for value in vars(part).values():
+            for one in value if type(value) is tuple else (value,):
+                kind: Any = type(one)
+                if _is_law(kind):
+                    yield part.name, one
 
 
-def _is_tried(law: Law) -> bool:
-    """Whether a law or motion is not of flexmb's own classes, or has findings on its numbers."""
-    kind: Any = type(law)
-    return kind.findings is not Law.findings or kind.kernel.function.__module__.partition(".")[0] != "flexmb"
+@cache
+def _is_law(kind: type) -> bool:
+    """Whether a class is one of laws and motions."""
+    return issubclass(kind, Law)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -105,9 +110,9 @@ def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: Contac
     yield from _coarse_contacts(motion, contacts)
     for part in mechanism.parts:
         yield from part.answers("findings_after", mechanism, motion)
-        for law in _laws(part):
-            if isinstance(law, Motion):
-                yield from law.findings_beyond(part.name, float(motion.times[-1]))
+    for name, law in _laws(mechanism):
+        if isinstance(law, Motion):
+            yield from law.findings_beyond(name, float(motion.times[-1]))
     if motion.peak("energy.kinetic")[0] == 0.0 and mechanism.bodies and not any(mechanism.gravity):
         yield found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)
 

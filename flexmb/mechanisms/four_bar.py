@@ -1,5 +1,7 @@
 """Crank-rocker four-bar mechanism with thin, elastic coupler and rocker."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import KW_ONLY
 from functools import partial

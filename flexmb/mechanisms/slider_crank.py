@@ -1,5 +1,7 @@
 """Slider-crank with clearance in the piston pin."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import KW_ONLY
 from typing import Annotated

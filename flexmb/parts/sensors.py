@@ -1,5 +1,7 @@
 """Marker: a point of a body whose motion is reported."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 

@@ -5,6 +5,8 @@ names are the coordinate `signal`; `units`, `long_name`, `peak` and `peak_time` 
 `load` restores the record bit for bit.  It reads the file once, and compares it with its checksum.
 """
 
+from __future__ import annotations
+
 import io
 import json
 import os

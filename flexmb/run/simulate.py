@@ -1,5 +1,7 @@
 """Simulation: start values, the compiled loop in blocks, the record of the run; steps taken one at a time."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial

@@ -11,6 +11,8 @@ factor s/(1 - c0/c(s)) is f where the structure keeps its shape until it buckles
 Equations (8.4) and (8.5) of docs/theory/equilibrium.md.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,7 @@
 """Inverse dynamics: the drive forces that a prescribed motion of a rigid mechanism takes."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

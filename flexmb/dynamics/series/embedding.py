@@ -1,5 +1,7 @@
 """Delay embedding of a signal: neighbours, correlation dimension and recurrence of the states behind the signal."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,7 @@
 """The largest exponent from one signal, by the methods of Kantz, Rosenstein and Wolf."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

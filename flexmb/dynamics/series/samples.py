@@ -1,5 +1,7 @@
 """Samples of a signal, their power spectrum, and the 0-1 test for chaos."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

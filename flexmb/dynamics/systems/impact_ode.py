@@ -1,5 +1,7 @@
 """Ordinary differential equations with impacts: smooth flow, jumps of the state, saltation matrices."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter

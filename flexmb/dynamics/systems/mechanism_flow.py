@@ -1,5 +1,7 @@
 """A mechanism as a flow: its time steps, with tangent vectors, from any state; its scales."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, Self

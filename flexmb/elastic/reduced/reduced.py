@@ -1,5 +1,7 @@
 """Flexible bodies by their pins and a few modes, and the matrices that equal bodies share."""
 
+from __future__ import annotations
+
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence

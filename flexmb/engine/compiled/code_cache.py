@@ -10,6 +10,8 @@ the package, the platform, what the processor can do.  Else functions are compil
 is said once.  FLEXMB_SHIPPED=0 leaves shipped code alone.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os

@@ -9,6 +9,8 @@ Pieces rest on numba's own pipeline and code library.  `flexmb.version.FAST_NUMB
 they are known here; else every function is compiled in the ordinary way.
 """
 
+from __future__ import annotations
+
 import gc
 from collections.abc import Callable, Iterable
 from functools import cached_property

@@ -8,6 +8,8 @@ Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equa
 II.5 (method), II.6 (dense output of order 7) and II.10 (error estimate); the numbers are those of their code DOP853.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Step sizes: fixed steps, or steps by an estimate of the local error."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import replace
 from typing import Self

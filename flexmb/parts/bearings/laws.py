@@ -1,5 +1,7 @@
 """Films of oil by their viscosity and width, and oil whose viscosity falls with its temperature."""
 
+from __future__ import annotations
+
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence

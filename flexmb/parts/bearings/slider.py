@@ -6,6 +6,8 @@ the gap of one face at each place s along the slider, where g = y' - U tau/2 + s
 Equations (15.9) and (15.10) of docs/theory/films.md.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY

@@ -1,5 +1,7 @@
 """Rigid bodies, bars between two points, particles, and the inertia of nodes."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any

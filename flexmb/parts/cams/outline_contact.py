@@ -4,6 +4,8 @@ A round is a run of convex arcs and corners; a corner is an arc of radius 0.  Ea
 normals.  The gap of a round is the least signed distance of its points from the other outline.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY

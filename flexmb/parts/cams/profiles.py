@@ -3,6 +3,8 @@
 A jet is an array (orders, n) of derivatives 0, 1, 2, ... at n places, each divided by the factorial of its order.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from itertools import pairwise

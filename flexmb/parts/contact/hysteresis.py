@@ -12,6 +12,8 @@ Equation (5.8) of docs/theory/contact.md.
 A further law is a further class: its formula in the first line, its range and source in the notes, and chi(e).
 """
 
+from __future__ import annotations
+
 import copy
 import math
 import sys

@@ -1,5 +1,7 @@
 """Normal law of Kelvin and Voigt: a spring beside a damper."""
 
+from __future__ import annotations
+
 import math
 from typing import Self
 

@@ -1,5 +1,7 @@
 """Controllers: a law of one's own, DC motor, PID."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY

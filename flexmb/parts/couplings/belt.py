@@ -6,6 +6,8 @@ direction of D.  Both strands are tangents of both wheels, with the tensions T0 
     V = T0 (length of the belt) = 2 T0 (sqrt(D^2 - R^2) + R asin(R/D)) + constant,   r = dV/dq + F ds/dv
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, replace

@@ -1,5 +1,7 @@
 """Cables and massless rods: two points that keep their distance, or come nearer only."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY

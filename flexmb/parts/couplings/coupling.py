@@ -1,5 +1,7 @@
 """Linear relations of angles and travels, and equal rotation."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 

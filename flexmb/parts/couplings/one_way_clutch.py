@@ -1,5 +1,7 @@
 """One-way clutch: a pin that turns freely one way, and winds up the other way."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace

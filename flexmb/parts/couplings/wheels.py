@@ -8,6 +8,8 @@ and r2 F, and F R/D across the line of centres on the first wheel and against it
 Teeth and strands push or pull along the line as well, by |F| w(D) in either direction of F.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace

@@ -1,5 +1,7 @@
 """A drive: the coordinate of a joint follows a prescribed motion."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

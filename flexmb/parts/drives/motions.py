@@ -1,5 +1,7 @@
 """Motions by formulas and by points in time; each is a `Motion` of `model/law.py`."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

@@ -1,5 +1,7 @@
 """Bushing: a linear spring and damper in both directions and in rotation between two bodies."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY

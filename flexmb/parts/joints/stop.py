@@ -6,6 +6,8 @@ while it turns counter-clockwise, with R < 0 while it turns clockwise; R = 0 is 
     E = l + R1 (theta1 - psi) + R2 (theta2 - psi),   dE = u . dd + R1 dtheta1 + R2 dtheta2
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY

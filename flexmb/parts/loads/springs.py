@@ -1,5 +1,7 @@
 """Springs and dampers between points and between rotations."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace

@@ -7,6 +7,8 @@ P = C s/h^3 where s > 0, and its power is the sum of P s, so r = sum of P ds/dv.
 Equations (16.10) and (16.11) of docs/theory/wear.md.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import fields

@@ -9,6 +9,8 @@ the normal n at the largest value; n turns by t/(rho + D) with e.
 Equations (16.1), (16.2), (16.3) and (16.5) of docs/theory/wear.md.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property

@@ -7,6 +7,8 @@ distance from the border, along its normal, which turns by its curvature.
 Equations (16.7) to (16.9) of docs/theory/wear.md.
 """
 
+from __future__ import annotations
+
 import math
 from abc import abstractmethod
 from collections.abc import Sequence

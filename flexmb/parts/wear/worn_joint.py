@@ -1,5 +1,7 @@
 """Wear: its laws, and the base of joints whose surfaces wear, with the wear of a run."""
 
+from __future__ import annotations
+
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, fields, replace
