@@ -250,13 +250,7 @@ def runs(name: str) -> tuple[np.ndarray, dict[str, list[Callable[[], Timed]]]]:
         signal = lambda sol: tip(np.array([sol.array(f"link{k}.theta")[-1] for k in range(count)]))  # noqa: E731
     found = {
         "flexmb, DormandPrince": [
-            by_flexmb(
-                mechanism,
-                t_end,
-                signal,
-                method=fm.DormandPrince(),
-                step=fm.Adaptive(rtol=r, atol=r, max=t_end / FEWEST),
-            )
+            by_flexmb(mechanism, t_end, signal, method=fm.DormandPrince(), step=fm.Adaptive(rtol=r, max=t_end / FEWEST))
             for r in RTOL
         ],
         "flexmb, RungeKutta4": [
