@@ -403,9 +403,9 @@ statics.equilibrium.FOLLOWED | 1 | load step | difference from the tangents up t
 statics.equilibrium.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
 statics.equilibrium.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
 statics.equilibrium.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
-run.simulate.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
 statics.equilibrium.BENT | 1 | way at a contact | difference of its gap from its tangents, above which a stride or load step is shortened
 statics.equilibrium.LEAST_BENT | 1 | size of the mechanism | the least such difference
+run.simulate.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
 statics.equilibrium.LEAST_JUMP | 1 | loads | when two equilibria are the same
 dynamics.sections.ROUNDS | iterations | nothing | most rounds to a crossing
 dynamics.sections.HALVINGS | halvings | nothing | most halvings of a step there

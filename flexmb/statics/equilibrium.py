@@ -570,11 +570,11 @@ def reactions(
         if name in own:
             continue
         fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
-        turns = C.moment[c] >= 0 or C.second[c, 0] < 0  # what has no force on a second body couples rotations
-        has_moment = turns or (driving and C.motion[C.row[c]] >= 0)
-        last = max(C.reaction[c], C.reaction[c + 1] - 2)  # torque on the last wheel of several, before its power
-        factor = program.tables.p[C.reaction_factor[last]] if turns and last < C.reaction[c + 1] else 1.0
-        found[name] = (float(fx), float(fy), float(factor * moment) if has_moment else 0.0)
+        if C.moment[c] < 0 and C.second[c, 0] < 0:  # rotations are coupled: the moment on the last of them
+            moment *= system.work.G[C.pos_g[c + 1] - 1]
+        elif C.moment[c] < 0 and not (driving and C.motion[C.row[c]] >= 0):
+            moment = 0.0
+        found[name] = (float(fx), float(fy), float(moment))
     return found
 
 

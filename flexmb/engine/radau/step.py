@@ -35,7 +35,7 @@ REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
 ITERATION_FRACTION = 0.1
 # Projection shift relative to the size of the mechanism: up to the first round-off, up to the second if it gets no
 # smaller (angles of short links), above the third large.
-CLOSED_SHIFT, STALLED_SHIFT, LARGE_SHIFT = 1e-14, 1e-11, 1e-4
+CLOSED_SHIFT, STALLED_SHIFT, LARGE_SHIFT = 1e-14, 1e-12, 1e-4
 # Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps.
 FIXED_STEP_TOLERANCE, LEAST_TOLERANCE = 1e-10, 1e-15
 # Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
@@ -142,7 +142,7 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
 @compiled
 def is_closed(shift, last, length):
     """Whether a shift is round-off: small, or not much smaller than the one before, `last`."""
-    return shift <= CLOSED_SHIFT * length or 0.1 * last < shift <= STALLED_SHIFT * length
+    return shift <= CLOSED_SHIFT * length or STALLED_RATE * last < shift <= STALLED_SHIFT * length
 
 
 @compiled
