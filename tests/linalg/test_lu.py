@@ -326,6 +326,16 @@ def test_fill_of_a_chain_is_linear():
         assert len(pattern.targets) / pattern.n <= 12
 
 
+@given(graphs())
+def test_updates_go_where_their_entries_are(frame):
+    """Positions that are found by a walk through each panel are those that `positions` searches for."""
+    pattern = frame.pattern()
+    for s, t in enumerate(pattern.target_ptr[:-1]):
+        below = pattern.order[pattern.rows[pattern.row_ptr[s] : pattern.row_ptr[s + 1]]]
+        searched = pattern.positions(below[:, None], below[None, :])
+        assert pattern.targets[t : t + searched.size].tolist() == searched.ravel().tolist()
+
+
 def test_factors_that_no_memory_holds_are_refused(monkeypatch):
     """A lattice of 10 x 10 nodes takes some 20 kB for the places of its updates."""
     edges = [(i, i + 1) for i in range(100) if i % 10 < 9] + [(i, i + 10) for i in range(90)]

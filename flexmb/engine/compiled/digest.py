@@ -60,7 +60,7 @@ class _Feed:
     def add(self, value: Any, above: tuple[int, ...]) -> None:
         """Add `value`; `above` are the ids of the objects that contain it."""
         if type(value) in SIMPLE:
-            self.content(_simple(value), ())
+            self.content(repr(value).encode(), ())
         elif isinstance(value, FunctionType | type) and is_of_user(_home(value)):
             number = self._numbers.setdefault(id(value), len(self.shared))
             if number == len(self.shared):
@@ -109,14 +109,8 @@ def parts_of(value: Any) -> Parts:
     return kind_of(value), [list(part) if isinstance(part, Iterator) else part for part in reduced]
 
 
-@parts_of.register(type(None))
-@parts_of.register(int)
-@parts_of.register(str)
-@parts_of.register(bytes)
-@parts_of.register(float)
-@parts_of.register(complex)
-def _simple(value: Any) -> Parts:
-    return repr(value).encode()
+for _written in int, str, bytes, float, complex, type(None):
+    parts_of.register(_written, lambda value: repr(value).encode())
 
 
 @parts_of.register

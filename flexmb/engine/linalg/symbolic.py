@@ -99,12 +99,25 @@ def locate_all(starts, row_ptr, rows, value_ptr, panel, i, j, found):
 @compiled
 def locate_targets(starts, row_ptr, rows, value_ptr, panel, targets):
     """Position of every entry that the product of a panel's L and U is subtracted from, row by row."""
+    # An entry and its mirror image live in the panel p of the lower place, among whose rows are all higher ones of s.
     at = 0
     for s in range(len(starts) - 1):
-        for i in range(row_ptr[s], row_ptr[s + 1]):
-            for j in range(row_ptr[s], row_ptr[s + 1]):
-                targets[at] = locate(starts, row_ptr, rows, value_ptr, panel, rows[i], rows[j])
-                at += 1
+        below = rows[row_ptr[s] : row_ptr[s + 1]]
+        u = len(below)
+        for i in range(u):
+            p = panel[below[i]]
+            first, m, corner = starts[p], row_ptr[p], value_ptr[p]
+            width, k = starts[p + 1] - first, below[i] - first
+            length = width + row_ptr[p + 1] - m
+            for j in range(i, u):
+                column = below[j] - first
+                if column >= width:
+                    while rows[m] < below[j]:
+                        m += 1
+                    column = width + m - row_ptr[p]
+                left = column * length + k if column < width else width * length + k * (length - width) + column - width
+                targets[at + i * u + j], targets[at + j * u + i] = corner + k * length + column, corner + left
+        at += u * u
 
 
 WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`

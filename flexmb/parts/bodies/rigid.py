@@ -239,7 +239,7 @@ class PointMass(Body):
 
 def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     """Whether a contribution acts on its coordinate with the number `place` in the reference configuration."""
-    nodes = {c[:2]: mechanism.body(c[0]).node(c[1]) for c in contribution.coordinates}
+    nodes = {key: mechanism.body(key[0]).node(key[1]) for key in {c[:2] for c in contribution.coordinates}}
     poses = {name: (node.x, node.y, node.theta) for name, node in nodes.items()}
     q = np.array([poses[part, name][axis] for part, name, axis in contribution.coordinates])
     p, n = np.array(contribution.p, dtype=float), len(q)
