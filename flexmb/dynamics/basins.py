@@ -77,7 +77,7 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
         if not system.advance(step):
             return nothing, LOST, n
         points.append(system.state())
-        if not np.sqrt(rules.space.weights @ points[-1] ** 2) <= rules.bound:
+        if not rules.away(points[-1][None], np.zeros(len(start)))[0] <= rules.bound:
             return nothing, LOST, n
         if n % rules.settle:
             continue
@@ -207,7 +207,7 @@ def basin(
     longest : largest number of periods; then a motion without repetition is judged by its last points.
     repeats : largest number of periods after which a motion can repeat itself.
     tolerance : tolerance of repetitions and of equal attractors, over the size of the grid.
-    bound : distance, in sizes of the grid, beyond which a motion is lost.
+    bound : distance from 0, in sizes of the grid, beyond which a motion is lost; angles count without whole turns.
     angles : names of state entries that count modulo 2 pi; the angles of a mechanism are known.
     executor : a number of threads of this process, or an executor of `concurrent.futures`, for chunks of the grid; the
         system must be picklable for other executors than threads.

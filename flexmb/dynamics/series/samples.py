@@ -150,7 +150,9 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     for k in peaks:
         in_line[max(k - LOBE, 0) : k + LOBE + 1] = True
     line_share = float(density[in_line].sum() / density.sum())
-    power = np.array([density[max(k - LOBE, 0) : k + LOBE + 1].sum() * f[1] for k in peaks])
+    bins = np.flatnonzero(in_line)  # each belongs to the nearest line
+    owner = np.searchsorted(0.5 * (peaks[1:] + peaks[:-1]), bins)
+    power = np.bincount(owner, density[bins], minlength=len(peaks)) * f[1]
     order = np.argsort(-power, kind="stable")
     kind = "lines" if line_share >= LINES else "broad" if line_share < BROAD else "mixed"
     return PowerSpectrum(f, density, floor, f[peaks][order], power[order], line_share, kind, unit)
