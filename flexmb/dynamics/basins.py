@@ -259,12 +259,11 @@ def basin(
         drive(map(chain, chunks, found), executor, LABEL)
     tracks = [track for part in found for track in part]
     number, attractors, periods = matched_attractors(tracks, rules)
-    shape = (len(ys), len(xs))
-    taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(shape)
+    taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(len(ys), len(xs))
     lost, open_ = int(np.sum(number == LOST)), int(np.sum(number == UNDECIDED))
     status = f"{len(attractors)} attractors; {lost} motions were lost, {open_} are undecided."
     return Basin(
-        name=moved.name, axes=(ax, by), units=(ua, ub), places=(a, b), x=xs, y=ys, number=number.reshape(shape),
+        name=moved.name, axes=(ax, by), units=(ua, ub), places=(a, b), x=xs, y=ys, number=number.reshape(taken.shape),
         attractors=attractors, periods=periods, taken=taken, status=status,
     )  # fmt: skip
 
@@ -301,5 +300,4 @@ def _rules(passes: Shooting, starts: np.ndarray, tolerance: float, bound: float,
     size = size or float(np.sqrt((starts**2 @ weights).max())) or 1.0
     tolerance = checks.positive(LABEL, "tolerance", tolerance)
     reach = checks.positive(LABEL, "bound", bound) * max(size, float(np.sqrt((starts**2 @ weights).max())))
-    sizes: dict[str, Any] = {"tolerance": tolerance, "size": size, "bound": reach, "space": passes.space}
-    return Rules(base=passes.base, origin=passes.origin, **counts, **sizes)
+    return Rules(passes.base, passes.origin, **counts, tolerance=tolerance, size=size, bound=reach, space=passes.space)
