@@ -485,6 +485,8 @@ dynamics.orbits.periodic_orbit.TOLERANCE | 1 | size of the state | what does not
 dynamics.orbits.periodic_orbit.TOLERANCE_OF_STEPS | 1 | size of the state | the same with error-controlled steps
 dynamics.orbits.periodic_orbit.AMPLIFIED | 1 | tolerance | what a multiplier may make of it
 dynamics.orbits.periodic_orbit.AT_REST | 1 | size of the state | an orbit that stands still
+dynamics.orbits.periodic_orbit.AGAIN | 1 | size of the state and growth | a motion that does not come back after twice its period
+dynamics.orbits.periodic_orbit.AGAIN_OF_STEPS | 1 | size of the state and growth | the same with error-controlled steps
 dynamics.orbits.periodic_orbit.ENLARGED | 1 | usual differences | how sure multipliers of differences are
 dynamics.orbits.periodic_orbit.LARGEST_SPREAD | 1 | multiplier or 1 | whether a sentence tells that they are uncertain
 dynamics.lyapunov.TOO_MUCH | 1 | a difference | growth that asks for shorter intervals

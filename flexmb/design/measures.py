@@ -9,6 +9,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import Input, between, field, instance, one_of, record
+from flexmb.run.saving import SAME_INSTANT
 
 KINDS = ("mean", "rms", "peak", "end")  # kinds of measures that a signal has by its name
 EXTREMES = ("peak", "largest", "smallest")  # kinds whose derivatives jump where another instant takes over
@@ -120,10 +121,8 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
     """Value of a measure, and its derivatives (k,)."""
     # Equations (14.7) and (14.8) of docs/theory/design.md.
     y, slope = rows.y, rows.slope
-    if measure.kind == "end":
-        return float(y[-1]), rows.last
-    if measure.kind == "mean":
-        return _mean(rows)
+    if measure.kind in ("end", "mean"):
+        return _mean(rows) if measure.kind == "mean" else (float(y[-1]), rows.last)
     if measure.kind in EXTREMES and measure.norm is None:
         height = {"peak": np.abs(y), "largest": y, "smallest": -y}[measure.kind]
         value, change = _crest(rows, int(height.argmax()))
@@ -143,14 +142,17 @@ def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
     """Value of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives."""
     # Equation (14.9) of docs/theory/design.md.
     time, y, slope, last = rows.time, rows.y, rows.slope, len(rows.y) - 1
-    near = slice(k - 1, k + 2)
-    if k in (0, last) or np.ptp(rows.shift[near], axis=0).any():  # the end stays; at an onset, one side has no parabola
+    near, around = slice(k - 1, k + 2), slice(max(k - 2, 0), k + 3)
+    h, change = np.diff(time[around]), np.diff(y[around])
+    bends = change[1:] * h[:-1] - change[:-1] * h[1:]  # a jump beside the row bends the other way
+    smooth = abs(np.sign(bends).sum()) == len(bends) and h.min() > SAME_INSTANT * h.max()
+    if k in (0, last) or not smooth or np.ptp(rows.shift[near], axis=0).any():  # the end, a jump, an onset: no parabola
         onset = (rows.shift[min(k + 1, last)] - rows.shift[k]) * _rate(rows)[k]  # a neighbour goes on as it came
         return float(y[k]), rows.last if k == last else slope[k] + onset
     a, b = time[k] - time[k - 1], time[k + 1] - time[k]
     left, right = (y[k] - y[k - 1]) / a, (y[k + 1] - y[k]) / b
     bend = (right - left) / (a + b)
-    x = -0.5 * (left + a * bend) / bend if bend != 0.0 else 0.0  # from time[k]
+    x = -0.5 * (left + a * bend) / bend  # from time[k]
     weights = np.array([x * (x - b) / (a * (a + b)), (x + a) * (b - x) / (a * b), x * (x + a) / (b * (a + b))])
     return float(weights @ y[near]), weights @ slope[near]
 

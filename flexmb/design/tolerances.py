@@ -212,8 +212,7 @@ def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
 
 
 def _statistics(table: np.ndarray, names: Sequence[str]) -> xr.Dataset:
-    low, high = np.nanquantile(table, TAILS, axis=1)
-    rows = np.nanmean(table, axis=1), np.nanstd(table, axis=1, ddof=1), low, high
+    rows = np.nanmean(table, axis=1), np.nanstd(table, axis=1, ddof=1), *np.nanquantile(table, TAILS, axis=1)
     named = {name: ("measure", row) for name, row in zip(STATISTICS, rows, strict=True)}
     return xr.Dataset(named, {"measure": list(names)})
 

@@ -77,7 +77,7 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
         if not system.advance(step):
             return nothing, LOST, n
         points.append(system.state())
-        if not np.sqrt(rules.space.weights @ points[-1] ** 2) <= rules.bound:
+        if not rules.away(points[-1][None], np.zeros(len(start)))[0] <= rules.bound:
             return nothing, LOST, n
         if n % rules.settle:
             continue
@@ -207,7 +207,7 @@ def basin(
     longest : largest number of periods; then a motion without repetition is judged by its last points.
     repeats : largest number of periods after which a motion can repeat itself.
     tolerance : tolerance of repetitions and of equal attractors, over the size of the grid.
-    bound : distance, in sizes of the grid, beyond which a motion is lost.
+    bound : distance from 0, in sizes of the grid, beyond which a motion is lost; angles count without whole turns.
     angles : names of state entries that count modulo 2 pi; the angles of a mechanism are known.
     executor : a number of threads of this process, or an executor of `concurrent.futures`, for chunks of the grid; the
         system must be picklable for other executors than threads.
@@ -259,12 +259,11 @@ def basin(
         drive(map(chain, chunks, found), executor, LABEL)
     tracks = [track for part in found for track in part]
     number, attractors, periods = matched_attractors(tracks, rules)
-    shape = (len(ys), len(xs))
-    taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(shape)
+    taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(len(ys), len(xs))
     lost, open_ = int(np.sum(number == LOST)), int(np.sum(number == UNDECIDED))
     status = f"{len(attractors)} attractors; {lost} motions were lost, {open_} are undecided."
     return Basin(
-        name=moved.name, axes=(ax, by), units=(ua, ub), places=(a, b), x=xs, y=ys, number=number.reshape(shape),
+        name=moved.name, axes=(ax, by), units=(ua, ub), places=(a, b), x=xs, y=ys, number=number.reshape(taken.shape),
         attractors=attractors, periods=periods, taken=taken, status=status,
     )  # fmt: skip
 
@@ -301,5 +300,4 @@ def _rules(passes: Shooting, starts: np.ndarray, tolerance: float, bound: float,
     size = size or float(np.sqrt((starts**2 @ weights).max())) or 1.0
     tolerance = checks.positive(LABEL, "tolerance", tolerance)
     reach = checks.positive(LABEL, "bound", bound) * max(size, float(np.sqrt((starts**2 @ weights).max())))
-    sizes: dict[str, Any] = {"tolerance": tolerance, "size": size, "bound": reach, "space": passes.space}
-    return Rules(base=passes.base, origin=passes.origin, **counts, **sizes)
+    return Rules(passes.base, passes.origin, **counts, tolerance=tolerance, size=size, bound=reach, space=passes.space)

@@ -77,6 +77,7 @@ class ChaosReport:
     motion: Motion = field("signals once a period and finely sampled")
     signals: tuple[SignalEstimates, ...] = field("estimates from each selected signal")
     planes: tuple[tuple[str, str | None], ...] = field("pairs of signals to be drawn; None: no partner")
+    begin: float = field("time of the flow before the first period", "s", default=0.0)
 
     @property
     def ok(self) -> bool:
@@ -217,7 +218,7 @@ class Plan:
         points = exponents.points[:, places]
         motion = Motion(names, units, points, period, np.array(times), fine[:, places], trouble)
         found = tuple(self._estimates(motion, name) for name in signals)
-        return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs))
+        return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs), self.strobe.origin)
 
     def _estimates(self, motion: Motion, name: str) -> SignalEstimates:
         """Estimates from one signal of a motion."""
@@ -427,7 +428,7 @@ def _root(report: ChaosReport) -> xr.Dataset:
         data["exponent_second"] = ("number", exponents.confirmed.spectrum, unit)
         data["exponent_second_error"] = ("number", exponents.confirmed.errors, unit)
     data["exponent_history"] = (("history_time", "number"), exponents.history, unit)
-    coords = {"period": ("period", number), "time": ("period", report.period * number, {"units": "s"})}
+    coords = {"period": ("period", number), "time": ("period", report.begin + report.period * number, {"units": "s"})}
     coords["number"] = ("number", np.arange(1, len(exponents.spectrum) + 1))
     coords["history_time"] = ("history_time", exponents.time, {"units": "s"})
     attrs = {

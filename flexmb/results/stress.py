@@ -246,6 +246,7 @@ class Fatigue:
     duration: float = field("time over which cycles were counted", "s")
     woehler: WoehlerLine | None = field("the Woehler line; None: no damage")
     captured: float = field("largest saved stress over that of all steps; NaN at a chosen point", "1", default=math.nan)
+    repeated: float = field("damage of each run if it is repeated: all cycles close", "1", default=math.nan)
 
     @property
     def damage(self) -> float:
@@ -255,7 +256,7 @@ class Fatigue:
     @property
     def life(self) -> float:
         """Time to failure if the run is repeated [s]; NaN without a Woehler line."""
-        return self.duration / self.damage if self.damage != 0.0 else math.inf
+        return self.duration / self.repeated if self.repeated != 0.0 else math.inf
 
     def __repr__(self) -> str:
         text = f"Fatigue of {self.body!r} at node {self.node}: {self.counts.sum():g} cycles in {self.duration:.6g} s"
@@ -294,7 +295,10 @@ def fatigue(sol: Solution, body: str, woehler: Any, point: Any, mechanism: Mecha
         histories = mean + half * np.cos(2.0 * PLANES) + own["txy"].values * np.sin(2.0 * PLANES)
     line = woehler if woehler is not None else WoehlerLine(1.0)
     found = [cycles_of(column) for column in histories.T]
-    ranges, means, counts = max(found, key=lambda one: line.damage(0.5 * one[0], one[2]))
+    k = max(range(len(found)), key=lambda k: line.damage(0.5 * found[k][0], found[k][2]))
+    ring = np.resize(np.roll(histories[:, k], -int(histories[:, k].argmax())), len(histories) + 1)
+    again, _, many = cycles_of(ring)  # from the largest stress to the same one a run later
+    repeated = math.nan if woehler is None else line.damage(0.5 * again, many)
     seen = math.nan if peak is None or peak.value == 0.0 else float(own["von_mises"].max()) / peak.value
     place, span = (float(own["x"][0]), float(own["y"][0])), float(sol.time[-1] - sol.time[0])
-    return Fatigue(body, int(own["node"][0]), place, ranges, means, counts, span, woehler, seen)
+    return Fatigue(body, int(own["node"][0]), place, *found[k], span, woehler, seen, repeated)

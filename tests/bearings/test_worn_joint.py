@@ -441,7 +441,7 @@ def test_the_picture_shows_surface_depth_and_volume(life, tmp_path):
         (lambda: fm.wear_out(DRY, turns=10.0), "no joint of it wears"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=-1.0), "turns is -1"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, keep=0), "keep is 0"),
-        (lambda: fm.wear_out("B", turns=10.0), "mechanism is str"),
+        (lambda: fm.wear_out("B", turns=10.0), "mechanism is 'B'; it must be Mechanism"),
         (lambda: WORN.worn_in(None), "sol is NoneType; it must be the result of fm.simulate"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, most_runs=0), "most_runs is 0"),
         (lambda: fm.Archard(bearing=1e-13, foundation=-1.0), "foundation is -1"),
@@ -494,3 +494,23 @@ def test_arms_of_both_bodies_meet_at_one_point():
     q = np.array([0.1, 0.2, 0.3, 0.1 + 1.2 * C, 0.2, 0.4])
     worn_gap_kernel(np.array(WORN.with_depths(GROOVE).numbers((0.01, 0.0), (0.01, 0.0))), q, np.zeros(6), out)
     assert q[:2] + out[ARM1_X : ARM1_X + 2] == pytest.approx(q[3:5] + out[ARM2_X : ARM2_X + 2], abs=1e-16)
+
+
+@pytest.mark.parametrize(("frequency", "sample"), [(1.0, 2), (2.0, 1), (1.0, 1)])
+def test_a_load_that_takes_several_turns(frequency, sample):
+    """The mean of a load that swings counts: k F times the way of a journal, of two turns a second, in 100 turns."""
+    crank = fm.RigidBody("crank", at=(0.0, 0.0), mass=1.0, inertia=1e-3)
+    block = fm.RigidBody("block", at=(0.0, 0.0), mass=1.0, inertia=1e-3)
+    rubs = {"normal": fm.KelvinVoigt(5e8, 1e4), "friction": fm.friction.SmoothCoulomb(0.1)}
+    pin = fm.RevoluteClearance("B", crank, block, at=(0.0, 0.0), clearance=1e-4, bearing_radius=0.02, **rubs)
+    swing = fm.drives.Harmonic(0.6, frequency=frequency, mean=1.0)
+    hinge = fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0))
+    parts = [crank, block, hinge, fm.Drive("D", hinge, fm.drives.ConstantSpeed(4.0 * np.pi)), pin.worn_by(ARCHARD)]
+    parts += [fm.couplings.SameRotation("S", fm.GROUND, block), fm.Force("F", block, (0, 0), (0, -500), history=swing)]
+    mech = fm.Mechanism("shaft", parts)
+    if frequency * sample < 2.0:
+        with pytest.raises(fm.errors.InputError, match=r"a load repeats after 1 s; give as many turns of 0\.5 s"):
+            fm.wear_out(mech, turns=100.0, keep=1, sample=sample)
+        return
+    life = fm.wear_out(mech, turns=100.0, keep=1, sample=sample)
+    assert float(life["B.volume"][-1]) == pytest.approx(1e-13 * 500.0 * 100.0 * 2.0 * np.pi * 0.02, rel=0.02)

@@ -162,6 +162,38 @@ def test_mean_of_a_signal_that_jumps_with_a_load(step):
     assert float(found.measures.derivative[0, 0]) == pytest.approx(0.25, rel=1e-9)
 
 
+@pytest.mark.parametrize("step", [0.01, None])
+def test_peaks_beside_jumps_of_a_load(step):
+    """A force on a mass with a damper, on from 0.5 to 1 s: F/m exp(-d t/m), then the damper alone, -d v/m."""
+
+    def pushed(force: float) -> fm.Mechanism:
+        body = fm.RigidBody("body", (0.0, 0.0), 2.0, 1.0)
+        damper = fm.SpringDamper("d", fm.GROUND, body, at=(-1.0, 0.0), to=(0.0, 0.0), stiffness=0.0, damping=3.0)
+        load = fm.Force("push", body, (0.0, 0.0), (force, 0.0), history=fm.drives.Pulse(start=0.5, end=1.0))
+        return fm.Mechanism("pushed", [body, damper, load])
+
+    of = [fm.design.largest("body.ax"), fm.design.smallest("body.ax"), fm.design.peak("body.ax")]
+    found = fm.design.sensitivity(pushed, {"force": 6.0}, of=of, t_end=1.5, step=step).measures
+    exact = np.array([0.5, -0.5 * (1.0 - np.exp(-0.75)), 0.5])
+    assert found.amount.values == pytest.approx(6.0 * exact, rel=1e-4)
+    assert found.derivative.values[:, 0] == pytest.approx(exact, rel=1e-4)
+
+
+def test_peak_of_a_force_that_jumps_at_the_onset():
+    """A damper that is met with the speed v pushes most at once, with d v; its onset stays where it is."""
+
+    def dropped(damping: float) -> fm.Mechanism:
+        body = fm.RigidBody("ball", (0.0, 0.1), 1.0, 1.0)
+        guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.1), along=(0.0, 1.0))
+        table = Stop("table", guide, below=-0.1, normal=fm.KelvinVoigt(1e4, damping))
+        return fm.Mechanism("ball", [body, guide, table], (0.0, -9.81))
+
+    found = fm.design.sensitivity(dropped, {"damping": 150.0}, of=[fm.design.peak("table.normal_force")], t_end=0.25)
+    speed = (2.0 * 9.81 * 0.1) ** 0.5
+    assert found.measures.amount.item() == pytest.approx(150.0 * speed, rel=1e-3)
+    assert found.measures.derivative.item() == pytest.approx(speed, rel=1e-3)
+
+
 def after_a_stop(stiffness: float, damping: float, t: float) -> tuple[float, float]:
     """Height and speed of 1 kg, thrown up from 20 mm above a stop with 1 m/s, at an instant after its first bounce."""
     g, drop = 9.81, 0.02

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import flexmb as fm
 from flexmb.dynamics.basins import basin
 from flexmb.dynamics.systems.given import Map
 from flexmb.errors import InputError
@@ -54,6 +55,18 @@ def test_two_wells_share_the_plane_by_symmetry():
     right = 1 + int(np.argmax([a[-1][0] for a in found.attractors]))
     energy = 0.5 * values[:, None] ** 2 - 0.5 * values**2 + 0.25 * values**4
     assert (found.number[(energy < 0) & (values > 0)[None, :]] == right).all()
+
+
+def test_turns_of_a_rotor_are_no_distance():
+    """A pendulum that a torque turns round is not lost, however small the grid is."""
+    body = fm.RigidBody("rotor", at=(0.0, -0.3), mass=1.0, inertia=0.01)
+    hinge = fm.Revolute("hinge", fm.GROUND, body, at=(0.0, 0.0))
+    brake = fm.TorsionSpring("brake", fm.GROUND, body, stiffness=0.0, damping=0.16)
+    parts = [body, hinge, brake, fm.Torque("torque", body, 2.0)]
+    flow = fm.chaos.MechanismFlow(fm.Mechanism("rotor", parts, gravity=(0.0, -0.5)), period=0.5)
+    found = basin(flow, ("rotor.theta", [-1e-3, 1e-3]), ("rotor.omega", [0.0]), longest=200)
+    assert (found.number == 1).all()
+    assert np.ptp(found.attractors[0][:, flow.state_names["rotor.theta"]]) > 100.0
 
 
 def test_henon_has_one_attractor_and_a_way_out():

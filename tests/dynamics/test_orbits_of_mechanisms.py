@@ -200,3 +200,23 @@ def test_grazing_of_a_worn_joint_is_located():
     assert len(found) == 1
     # the steps make the amplitude larger by 4e-5
     assert found[0].value == pytest.approx(amplitude, rel=6e-5)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "times", "ok"), [(4.0, 1, True), (1.0, 1, False), (1.0, 2, True), (0.7, 1, False)]
+)
+def test_a_load_of_another_period_than_the_drives(frequency, times, ok):
+    """Beside a crank with two turns a second, a load of 1 Hz has orbits of two turns, one of 0.7 Hz of twenty."""
+    crank = fm.RigidBody("crank", at=(0.0, 0.0), mass=1.0, inertia=1e-3)
+    block = fm.RigidBody("block", at=(0.0, 0.0), mass=1.0, inertia=1e-3)
+    hinge = fm.Revolute("hinge", fm.GROUND, crank, at=(0.0, 0.0))
+    guide = fm.Prismatic("guide", fm.GROUND, block, at=(0.0, 0.0))
+    spring = fm.SpringDamper("spring", fm.GROUND, block, at=(-1.0, 0.0), to=(0.0, 0.0), stiffness=400.0, damping=4.0)
+    history = fm.drives.Harmonic(1.0, frequency=frequency)
+    push = fm.Force("push", block, at=(0.0, 0.0), force=(10.0, 0.0), history=history)
+    motor = fm.Drive("motor", hinge, fm.drives.ConstantSpeed(4.0 * np.pi))
+    mech = fm.Mechanism("pushed", [crank, block, hinge, guide, spring, push, motor])
+    found = fm.chaos.periodic_orbit(mech, times=times)
+    assert found.ok == ok
+    if not ok:
+        assert "comes back after 0.5 s and not after twice that: a load has another period" in found.status

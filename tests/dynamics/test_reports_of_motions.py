@@ -101,3 +101,14 @@ def test_a_slider_crank_with_clearance_is_the_same_from_script_and_command(tmp_p
     assert capsys.readouterr().out.startswith(found.text("--"))
     assert [signal.name for signal in found.signals] == ["B.ex", "B.ey"]
     assert set(fm.plots.plot_report(found)) == {path.name for path in tmp_path.glob("*.png")}
+
+
+def test_times_of_a_flow_that_goes_on():
+    """The last point is the first fine sample, and both have the time of the flow."""
+    flow = pendulum()
+    flow.advance(5.0)
+    groups = fm.chaos.report(flow, **QUICK).groups
+    points, motion = groups[""], groups["motion"]
+    assert float(points.time[-1]) == pytest.approx(5.0 + 70 * 3.0 * np.pi)
+    assert float(motion.time[0]) == pytest.approx(float(points.time[-1]))
+    assert float(motion.theta[0]) == pytest.approx(float(points.theta[-1]))

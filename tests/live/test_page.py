@@ -194,6 +194,19 @@ def test_runs_that_go_on_are_those_of_one_long_run():
         np.testing.assert_allclose(view.section[:, k], whole.array(name)[rows], atol=1e-5 * scale)
 
 
+def test_points_of_a_run_in_seconds_are_a_period_apart():
+    """A slider on its way through the middle, up to the straight lines between 16 rows of a period."""
+    body = fm.RigidBody("slider", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.0))
+    drive = fm.Drive("drive", guide, fm.drives.Harmonic(0.01, frequency=49.7))
+    mech = fm.Mechanism("slider", [body, guide, drive])
+    with fm.explore(mech, vary=["slider.mass"], t_end=1.0, open=False, block=False) as page:
+        names, section = page.view.solution.names, page.view.section
+    assert len(section) == 49
+    assert np.abs(section[:, names.index("slider.x")]).max() < 1e-5
+    assert section[:, names.index("slider.vx")] == pytest.approx(0.01 * 2.0 * math.pi * 49.7, rel=0.03)
+
+
 def test_a_run_without_period_has_a_length_in_seconds():
     arm = fm.RigidLink("arm", (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=0.02)
     mech = fm.Mechanism("arm", [arm, fm.Revolute("O", fm.GROUND, arm, at=(0.0, 0.0))], gravity=(0.0, -9.81))

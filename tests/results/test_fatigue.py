@@ -39,7 +39,7 @@ def pulsing(body, **more):
     wall = fm.Fixed("wall", fm.GROUND, body, (0, 0))
     load = fm.Force("F", body, (LENGTH, 0), (PULL, 0.0), history=fm.drives.Harmonic(1.0, frequency=FREQUENCY))
     mechanism = fm.Mechanism("pulsing", [body, wall, load])
-    return fm.simulate(mechanism, t_end=TIMES / FREQUENCY, **{"save": 500, "step": 1e-4, **more})
+    return fm.simulate(mechanism, **{"t_end": TIMES / FREQUENCY, "save": 500, "step": 1e-4, **more})
 
 
 def rod(**more):
@@ -56,9 +56,18 @@ def test_damage_of_a_rod():
     damage = (TIMES - 0.5) / line.life(amplitude) + 1.0 / line.life(0.5 * amplitude)
     assert found.counts.sum() == TIMES + 0.5
     assert found.damage == pytest.approx(damage, rel=5e-3)
-    assert found.life == pytest.approx(TIMES / FREQUENCY / damage, rel=5e-3)
+    assert found.life == pytest.approx(line.life(amplitude) / FREQUENCY, rel=5e-3)  # repeated, each period is a cycle
     assert found.captured == pytest.approx(1.0, abs=2e-3)
     assert "save more" not in repr(found)
+
+
+@pytest.mark.parametrize("part", [1.0, 1.25])
+def test_life_of_a_short_run(part):
+    """Repeated, a harmonic stress has a cycle a period, and one more of 0 to the peak where a run ends at the peak."""
+    line, amplitude, period = WoehlerLine(amplitude=60e6, slope=4.0), PULL / AREA, 1.0 / FREQUENCY
+    found = pulsing(rod(stress=True), t_end=part * period).fatigue("rod", line)
+    damage = 1.0 / line.life(amplitude) + (part > 1.0) / line.life(0.5 * amplitude)
+    assert found.life == pytest.approx(part * period / damage, rel=5e-3)
 
 
 def test_coarse_instants_are_told():

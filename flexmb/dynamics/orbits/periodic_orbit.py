@@ -84,10 +84,9 @@ def torus_test(multipliers: np.ndarray) -> float:
     # Near a change its size is the distance of the product to 1. The product passes 1 if a pair crosses the unit
     # circle. It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability
     # (Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
-    n = len(multipliers)
-    i, j = np.triu_indices(n, 1)
-    if n < 2:
+    if len(multipliers) < 2:
         return 1.0
+    i, j = np.triu_indices(len(multipliers), 1)
     products = multipliers[i] * multipliers[j] - 1.0
     real = products.real[np.abs(products.imag) <= REAL * np.maximum(np.abs(products), 1.0)]
     # the others come in conjugate pairs, whose product is positive
@@ -109,6 +108,8 @@ TOLERANCE, TOLERANCE_OF_STEPS = 1e-10, 1e-6
 AMPLIFIED = 1e4  # largest growth of differences in one segment; a period with more growth is divided into segments
 # Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium.
 AT_REST = 1e-6
+# Distance from the start after two periods that is another motion, over state and growth; with error-controlled steps.
+AGAIN, AGAIN_OF_STEPS = 1e-6, 1e-3
 # Size of differences for a second look at multipliers, over the usual one; change of a multiplier that is told.
 ENLARGED, LARGEST_SPREAD = 5.0, 0.01
 
@@ -343,9 +344,13 @@ def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[b
         if space.length(system.velocity()) * run.period <= AT_REST * shooting.scale:
             text = "The search came to an equilibrium, which is no orbit of any period"
             return False, f"{text}. Give a guess farther from the equilibrium."
-    for periods in range(1, shooting.times):
-        if shooting.times % periods or shooting.autonomous:
-            continue
+    elif shooting.is_flow:
+        system.reset(run.starts[0], time=shooting.origin)
+        most = shooting.scale * (AGAIN_OF_STEPS if system.is_rough else AGAIN) * (1.0 + np.linalg.norm(run.monodromy))
+        if system.advance(2.0 * run.period) and space.length(space.difference(system.state(), run.starts[0])) > most:
+            text = f"The motion comes back after {run.period:.6g} s and not after twice that: a load has another period"
+            return False, f"{text}. Give times= or period=, of drives and loads together."
+    for periods in (k for k in range(1, shooting.times) if shooting.times % k == 0 and not shooting.autonomous):
         system.reset(run.starts[0], time=shooting.origin)
         if system.advance(periods * shooting.base if shooting.is_flow else periods):
             distance = space.length(space.difference(system.state(), run.starts[0]))

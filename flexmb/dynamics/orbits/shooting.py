@@ -139,13 +139,11 @@ class Shooting:
         """The single period, of which the orbit lasts `times`."""
         if not self.is_flow:
             return 1.0
-        period = self.system.period if self.declared is None else self.declared
-        if period is None:
+        given = self.system.period if self.declared is None else self.declared
+        if given is None:
             text = f"{self.label}: {self.system.name!r} has no periodic drive and no period= is given"
             raise InputError(f"{text}. Give the period of the drive, or autonomous=True with a guess of the period.")
-        if callable(period):
-            period = period(self.system.parameters)
-        return checks.positive(self.label, "period", period, "s")
+        return checks.positive(self.label, "period", given(self.system.parameters) if callable(given) else given, "s")
 
     def set_value(self, value: float) -> bool:
         """Set the continuation parameter and the period of the drives; returns whether the system accepts the value."""

@@ -146,11 +146,11 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     floor = np.asarray(scipy.ndimage.median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
     highest = density == scipy.ndimage.maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
     peaks = np.flatnonzero(highest & (density > ABOVE_FLOOR * floor) & (density > 1e-20 * density.max()))
-    in_line = np.zeros(len(f), dtype=bool)
-    for k in peaks:
-        in_line[max(k - LOBE, 0) : k + LOBE + 1] = True
-    line_share = float(density[in_line].sum() / density.sum())
-    power = np.array([density[max(k - LOBE, 0) : k + LOBE + 1].sum() * f[1] for k in peaks])
+    near = np.unique(peaks[:, None] + np.arange(-LOBE, LOBE + 1))
+    bins = near[(near >= 0) & (near < len(f))]  # each belongs to the nearest line
+    line_share = float(density[bins].sum() / density.sum())
+    owner = np.searchsorted(0.5 * (peaks[1:] + peaks[:-1]), bins)
+    power = np.bincount(owner, density[bins], minlength=len(peaks)) * f[1]
     order = np.argsort(-power, kind="stable")
     kind = "lines" if line_share >= LINES else "broad" if line_share < BROAD else "mixed"
     return PowerSpectrum(f, density, floor, f[peaks][order], power[order], line_share, kind, unit)

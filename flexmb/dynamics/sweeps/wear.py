@@ -18,6 +18,7 @@ from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
 from flexmb.late import xr
 from flexmb.model.mechanism import Mechanism
+from flexmb.program import compiler
 from flexmb.run.simulate import Step, simulate
 from flexmb.version import installed_version
 
@@ -269,26 +270,27 @@ def wear_out(
 
     Equation (16.6) of docs/theory/wear.md.
     """
-    label = f"wear of {mechanism.name!r}" if isinstance(mechanism, Mechanism) else "wear_out"
-    if not isinstance(mechanism, Mechanism):
-        raise InputError(f"{label}: mechanism is {type(mechanism).__name__}; it must be Mechanism(name, parts).")
+    checks.instance("wear_out", "mechanism", mechanism, Mechanism, "Mechanism(name, parts)")
+    label = f"wear of {mechanism.name!r}"
     number = checks.positive(label, "turns", turns)
-    checks.count(label, "keep", keep)
     checks.count(label, "settle", settle, least=0)
-    checks.count(label, "sample", sample)
-    checks.count(label, "most_runs", most_runs)
+    for name, value in (("keep", keep), ("sample", sample), ("most_runs", most_runs)):
+        checks.count(label, name, value)
     bound = checks.between(label, "tolerance", checks.positive(label, "tolerance", tolerance), 0.0, 1.0)
-    joints = _worn_joints(label, mechanism)
+    joints, program = _worn_joints(label, mechanism), compiler.compile(mechanism)
+    turn, periods = compiler.common_period(program), (one.period for one in program.motions[len(program.periods) :])
+    odd = [one for one in periods if one and not np.isclose(sample * turn / one, round(sample * turn / one))]
+    if odd:
+        raise InputError(f"{label}: a load repeats after {odd[0]:g} s; give as many turns of {turn:g} s in sample=.")
     runs = Turns(mechanism, joints, settle, sample, {"step": step, "method": method})
     marks = number * np.arange(keep + 1) / keep
     settings = {"turns": number, "keep": keep, "settle": settle, "sample": sample, "tolerance": bound}
     fingerprint = {"flexmb": installed_version(), "mechanism": digest(mechanism), "runs": digest([step, method])}
     fingerprint |= {name: repr(value) for name, value in settings.items()}
     if resume and store is None:
-        text = f"{label}: resume is True without a store."
-        raise InputError(f"{text} Give store='out/wear.zarr', which keeps what is done.")
-    kept = None if store is None else opened(store, fingerprint, KIND, resume=resume)
-    record = Record(("turns",), (keep + 1,), kept)
+        raise InputError(f"{label}: resume is True without a store. Give store='out/wear.zarr', which keeps all parts.")
+    store = None if store is None else opened(store, fingerprint, KIND, resume=resume)
+    record = Record(("turns",), (keep + 1,), store)
     record.add(_columns(joints))
     record.coordinate("turns", ("turns",), marks, "1")
     for joint in joints.values():

@@ -14,7 +14,7 @@ from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.findings.check import Report
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.results.drawing import nearest_to_each
+from flexmb.results.positions import at_times
 from flexmb.results.solution import Solution
 from flexmb.run.run import AFTER_BLOCK, Run
 from flexmb.run.simulate import clock, period_or_none, simulate
@@ -199,7 +199,7 @@ class Runner:
         if period is not None and len(sol.time) > 1:
             first, last = np.floor(sol.time[[0, -1]] / period + 1e-6)
             times = period * np.arange(first + 1.0, last + 1.0)
-            rows = sol.values[nearest_to_each(sol, times)] if len(times) else np.zeros((0, len(sol.names)))
+            rows = at_times(sol, times).values  # a run in seconds saves other instants
             most = min(MOST_POINTS, MOST_NUMBERS // max(len(sol.names), 1))
             section = np.concatenate([section, rows])[-most:]
         return view_of(request, mechanism, sol, section=section, period=period)

@@ -130,6 +130,21 @@ def test_power_of_lines_and_of_all():
     assert found.units == "Hz"
 
 
+@pytest.mark.parametrize("apart", [5, 6, 7])
+@pytest.mark.parametrize("weak", [0.5, 1.0])
+def test_power_of_lines_side_by_side(apart, weak):
+    """Lines some bins apart share no power; a line of half the height is seen from 6 bins on."""
+    k = np.arange(4000)
+    x = np.sin(2 * math.pi * 0.05 * k) + weak * np.sin(2 * math.pi * (0.05 + apart / 4000) * k + 1.0)
+    found = fm.chaos.power_spectrum(x)
+    if len(found.peaks) == 1:
+        assert apart == 5
+        assert weak < 1.0
+        return
+    assert np.sort(found.power) == pytest.approx([0.5 * weak**2, 0.5], rel=5e-3)
+    assert found.power.sum() == pytest.approx(x.var(), rel=5e-3)
+
+
 def test_floor_of_white_noise():
     """One-sided density of unit white noise: 2 per cycle; its median is ln 2 of the mean."""
     found = fm.chaos.power_spectrum(np.random.default_rng(2).standard_normal(20000))
