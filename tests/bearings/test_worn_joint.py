@@ -118,7 +118,9 @@ def test_friction_of_a_half_bearing_that_fits_has_four_over_pi_of_the_arm():
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n not in ("ridges", "one bin") else n for n in PROFILES]
+)
 @pytest.mark.parametrize("surface_that_wears", ["bearing", "journal"])
 def test_tangents_of_worn_contacts(name, surface_that_wears):
     joint = DRY["B"].worn_by(fm.Archard(**{surface_that_wears: 1e-13})).with_depths(PROFILES[name])
@@ -222,6 +224,7 @@ def test_a_foundation_carries_the_force_as_a_layer_on_a_round_ground_does(depth)
     assert spread == pytest.approx(expected / expected.sum(), abs=2e-3 * spread.max())
 
 
+@pytest.mark.slow
 def test_a_stiffer_foundation_comes_nearer_to_the_rigid_law():
     """Shape of a groove beside that of the same volume, max(0, e cos phi - c), on a contact that is far softer."""
     mech = shaft(fm.KelvinVoigt(1e7, 3e3))
@@ -293,6 +296,7 @@ def test_rows_of_a_life(life):
     assert (life["B.peak_force"].values > 0.0).all()
 
 
+@pytest.mark.slow
 def test_half_the_error_gives_the_same_life(life):
     finer = fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=4, tolerance=0.01)
     assert int(finer["runs"][-1]) > int(life["runs"][-1])

@@ -145,7 +145,9 @@ def test_one_side_carries_where_two_chains_meet_away_from_the_hollow_corner(way)
         assert max(gaps) > 0.0
 
 
-@pytest.mark.parametrize("start", [0.0, 0.001, 0.01, 0.05])
+@pytest.mark.parametrize(
+    "start", [pytest.param(0.0, marks=pytest.mark.slow), pytest.param(0.001, marks=pytest.mark.slow), 0.01, 0.05]
+)
 @pytest.mark.parametrize("cls", [fm.cams.OutlineContact, fm.cams.OutlineOnOutline])
 def test_a_disc_rests_at_the_bottom_of_a_hollow(cls, start):
     """Statics finds the bottom, where two arcs join, and modes the frequency of a pendulum; it was a vertex."""
@@ -163,7 +165,18 @@ def test_a_disc_rests_at_the_bottom_of_a_hollow(cls, start):
 
 
 @pytest.mark.parametrize("first", ["box", "disc"])
-@pytest.mark.parametrize("inside", [-1e-5, -1e-7, 0.0, 1e-7, 5e-6, 9e-6, 2e-5])
+@pytest.mark.parametrize(
+    "inside",
+    [
+        pytest.param(-1e-5, marks=pytest.mark.slow),
+        -1e-7,
+        pytest.param(0.0, marks=pytest.mark.slow),
+        pytest.param(1e-7, marks=pytest.mark.slow),
+        5e-6,
+        pytest.param(9e-6, marks=pytest.mark.slow),
+        pytest.param(2e-5, marks=pytest.mark.slow),
+    ],
+)
 def test_a_disc_beside_the_edge_of_a_box_rests_on_its_top(first, inside):
     """1 kg on 1e6 N/m: m g/k deep, also where the side is nearer than that; it fell through there."""
     box, centre = fm.cams.Outline(((-1.0, -1.0), (0.0, -1.0), (0.0, 0.0), (-1.0, 0.0))), (-inside, RADIUS + 1e-6)

@@ -90,7 +90,9 @@ def test_no_example_is_forgotten():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN) | {"nine_bar_paper"}  # tests/study
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "path_synthesis" else n for n in KNOWN]
+)
 def test_known_mechanism(name, printed):
     text = printed(name)
     pairs = numbers(r"# ?(?:rad/s|N m|m\^2|rad|N|m)? ?\(exact #\)", text)
@@ -99,6 +101,7 @@ def test_known_mechanism(name, printed):
         assert found == pytest.approx(exact, rel=KNOWN[name], abs=1e-10 if name != "chebyshev" else 1e-6)
 
 
+@pytest.mark.slow
 def test_pick_and_place(output):
     text = output("pick_and_place")
     for line, error in (("carriage at +# m .*target #", 1e-4), (r"turned by +# deg +\(target #", 0.01)):
@@ -317,6 +320,7 @@ def shaking(slider):
     return found.x, found.fun
 
 
+@pytest.mark.slow
 def test_counterweight(printed):
     """The exact acceleration of the slider from its path by differentiation in Fourier's space."""
     text = printed("counterweight")

@@ -85,6 +85,7 @@ def test_outliers_do_not_move_a_robust_fit():
     assert abs(robust.parameters["rate"] - 90.0) < 0.02 * abs(plain.parameters["rate"] - 90.0)
 
 
+@pytest.mark.slow
 def test_file_with_gaps_of_its_own_time(tmp_path):
     """A CSV file whose times are uneven and whose values have holes; the run begins within it."""
     t = np.sort(np.random.default_rng(2).uniform(0.0, 0.6, 50))
@@ -103,6 +104,7 @@ def test_file_with_gaps_of_its_own_time(tmp_path):
         fm.design.fit(oscillator, bounds, file, signals=["body.x"], begin=3.0)
 
 
+@pytest.mark.slow
 def test_standard_errors_of_a_robust_fit_are_those_without_the_outliers():
     """The noise is not given: its level is that of the scatter, of which outliers are no part, or a bounded one."""
     rng = np.random.default_rng(5)

@@ -114,7 +114,12 @@ def shaken(w: float, kind: str) -> fm.Mechanism:
 
 @pytest.mark.parametrize(
     ("kind", "w", "end"),
-    [("harmonic", 300.0, 40.0), ("own", 300.0, 40.0), ("law", 300.0, 40.0), ("harmonic", 5000.0, 20.0)],
+    [
+        ("harmonic", 300.0, 40.0),
+        ("own", 300.0, 40.0),
+        ("law", 300.0, 40.0),
+        pytest.param("harmonic", 5000.0, 20.0, marks=pytest.mark.slow),
+    ],
 )
 def test_frequency_of_a_load_after_many_cycles(kind, w, end):
     found = derivative(lambda w: shaken(w, kind), {"w": w}, "body.ax", end)
@@ -231,6 +236,7 @@ def small_machine(mean: float = 0.0) -> fm.Mechanism:
     return fm.Mechanism("small machine", [slider, mass, *parts], gravity=(0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_orbit_of_a_small_machine_by_a_length_of_nothing():
     def orbit(mean: float) -> Any:
         flow = MechanismFlow(small_machine(mean), step=fm.Adaptive(rtol=1e-8), period=math.pi / 50.0)

@@ -89,7 +89,7 @@ def test_creeping_motions_are_undecided():
     assert "4 are undecided" in found.status
 
 
-@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+@pytest.mark.parametrize("pool", [pytest.param(ThreadPoolExecutor, marks=pytest.mark.slow), ProcessPoolExecutor])
 def test_workers_change_nothing(roots, pool):
     if pool is ProcessPoolExecutor:
         system = Map(np.cos, [0.3, 0.4])  # it can be pickled

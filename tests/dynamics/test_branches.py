@@ -123,6 +123,7 @@ def resonance():
     return follow(orbit, "W", (1.0, 2.5), extremes=64, largest=0.2, tolerance=1e-8)
 
 
+@pytest.mark.slow
 def test_duffing_resonance_has_two_folds(resonance):
     assert resonance.ok, resonance.status
     assert kinds(resonance) == ["fold", "fold"]
@@ -146,6 +147,7 @@ def jumps(d=0.1, F=0.5):
     return max(minus.max(), plus[0.95 * A.max() < A].max()), plus.min()
 
 
+@pytest.mark.slow
 def test_duffing_points_solve_the_fourier_equations(resonance):
     for p in resonance.points[:: len(resonance.points) // 7]:
         basis, residual = harmonic_balance(p.value)
@@ -155,6 +157,7 @@ def test_duffing_points_solve_the_fourier_equations(resonance):
         assert np.abs(residual(c)).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_dataset_of_a_branch(resonance):
     data = resonance.to_dataset()
     assert dict(data.sizes) == {"point": len(resonance.points), "multiplier": 2, "event": 2}
@@ -229,6 +232,7 @@ def test_impact_oscillator_at_a_wall_in_the_middle_flips_at_the_published_freque
     assert branch.events[0].value == pytest.approx(2.65, abs=0.005)
 
 
+@pytest.mark.slow
 def test_orbit_without_impacts_ends_where_it_grazes():
     # the amplitude is F/|1 - W^2|
     F, W = 1.0, 1.6

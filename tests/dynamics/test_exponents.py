@@ -33,6 +33,7 @@ def test_overdamped_oscillator():
     assert found.units == "1/s"
 
 
+@pytest.mark.slow
 def test_driven_linear_oscillator():
     """Both -0.05 in the mean; turning of the vectors leaves half of the logarithm of an axis ratio over the time."""
     found = fm.lyapunov(systems.oscillator(0.1, 1.0, force=1.0), skip=5, periods=100, count=2)
@@ -82,6 +83,7 @@ def test_henon():
     assert found.units == "1/iteration"
 
 
+@pytest.mark.slow
 def test_standard_map():
     """Area is kept, so the exponents are a pair; for large K they are ln(K / 2) (B. V. Chirikov, 1979)."""
     found = fm.lyapunov(systems.standard_map(20.0), skip=100, periods=20000, count=2)
@@ -238,6 +240,7 @@ def test_duffing():
     assert found.sum == pytest.approx(-0.05, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_conservative_exponents_come_in_pairs():
     """Henon-Heiles at E = 1/8: l, 0, 0, -l."""
     found = fm.lyapunov(systems.henon_heiles(), skip=50.0, duration=1000.0, interval=2.0, count=4)
@@ -282,6 +285,7 @@ def test_a_mechanism_at_rest():
     assert found.value == pytest.approx(-0.05, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_a_mechanism_in_chaos():
     """The rod under a harmonic torque is the driven pendulum above: 0.160."""
     found = fm.chaos.benettin(mechanisms.rod(), period=TURN, step=TURN / 400, skip=20, periods=500)
@@ -392,6 +396,7 @@ def test_more_exponents_than_directions_are_refused():
         fm.lyapunov(systems.henon(), periods=100).per_period()
 
 
+@pytest.mark.slow
 def test_a_diagram_and_an_exponent_agree_on_a_stable_cycle():
     """The points of a worn slider-crank alternate by 1.7 nm, less than the error that its steps may have (4 nm).
 

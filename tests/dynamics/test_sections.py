@@ -57,6 +57,7 @@ def test_points_do_not_depend_on_how_far_one_looks_ahead(make):
     assert all(np.array_equal(found[0][name], found[1][name]) for name in flow.names)
 
 
+@pytest.mark.slow
 def test_a_pendulum_stands_still_every_period():
     """T = 4 sqrt(2 L / 3 g) K(1/2), at 90 degrees; omega crosses 0 upwards at T/2, 3 T/2 ..."""
     flow = mechanisms.swinging()

@@ -69,6 +69,7 @@ def test_chaos_is_above_zero_soon():
     assert error_of(logs, times()) < 0.3 * logs.mean()
 
 
+@pytest.mark.slow
 def test_errors_of_limit_cycles_stay_small():
     """Directions settle exponentially there, so an exponent over a record T is known far better than 1/T."""
     found = fm.lyapunov(systems.oscillator(3.0, 2.0), skip=5, periods=50, count=2)
@@ -352,6 +353,7 @@ def test_a_contact_that_never_opened_is_told():
     assert str(found.verdict) == "periodic-1", found.verdict.reason
 
 
+@pytest.mark.slow
 def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
     """What it keeps of its last onset is then another one, from the mechanism's own start on."""
     begins, tangent_exponents = [], second_run.tangent_exponents
@@ -370,6 +372,7 @@ def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
     assert begins[3][1:] == (5, 20)
 
 
+@pytest.mark.slow
 def test_a_contact_that_opens_is_not_told():
     found = fm.lyapunov(fm.mechanisms.slider_crank(clearance=5e-4), skip=3, periods=50, confirm=False)
     assert found.ok, found.status

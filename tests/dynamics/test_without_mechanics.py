@@ -70,6 +70,7 @@ def said_without_mechanics(code: str, of_engine: tuple[str, ...] = ()) -> str:
     return run.stdout.strip()
 
 
+@pytest.mark.slow
 def test_exponents_sections_orbits_basins_verdicts_and_series():
     assert said_without_mechanics(TOOLS) == SAID.strip()
 

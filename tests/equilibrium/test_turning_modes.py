@@ -64,7 +64,7 @@ def cantilever(elements, **damping):
 
 
 @pytest.mark.parametrize("elements", [4, 64])
-@pytest.mark.parametrize("speed", [3.0, 100.0])
+@pytest.mark.parametrize("speed", [3.0, pytest.param(100.0, marks=pytest.mark.slow)])
 def test_blade_with_damping_of_its_material(elements, speed):
     """Frequencies without `damped` are those of a blade without damping."""
     found = []

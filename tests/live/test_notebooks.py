@@ -94,6 +94,7 @@ def test_notebooks_are_kept_without_outputs(path):
     assert all(not one.get("outputs") for one in nbformat.read(path, 4).cells)
 
 
+@pytest.mark.slow
 def test_the_first_notebook_runs(saved):
     assert_shown(saved)
 
@@ -181,6 +182,7 @@ def answer(widget, said, message):
     return json.loads(one["text"])
 
 
+@pytest.mark.slow
 def test_a_notebook_saves_report_film_and_netcdf(saving, tab):
     page, widget, said, folder = saving
     tab.set_content(HOST)

@@ -254,6 +254,7 @@ def test_too_many_browsers_are_sent_away(crank_page):
     assert not crank_page._server.clients
 
 
+@pytest.mark.slow
 def test_a_browser_that_does_not_read_costs_no_memory(crank_page):
     with socket_of(crank_page):
         for k in range(30):
@@ -321,6 +322,7 @@ def painted(store, wish, *, stop_after=None, model=slider_crank):
         return found
 
 
+@pytest.mark.slow
 def test_a_stopped_diagram_goes_on_from_its_store(tmp_path, monkeypatch):
     wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 9}
     wish |= {"signal": "slider.x", "skip": 2, "keep": 2}
@@ -346,6 +348,7 @@ def heavier_slider_crank(speed: float = 100.0):
     return slider_crank(speed=speed).with_({"slider.mass": 1.0})
 
 
+@pytest.mark.slow
 def test_another_model_in_the_same_folder_has_a_store_of_its_own(tmp_path):
     wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 2}
     wish |= {"signal": "A.fx", "skip": 0, "keep": 1}

@@ -59,7 +59,9 @@ def small_disk(tmp_path):
         subprocess.run(["umount", place], check=True)
 
 
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("a.pdf", "a.png", "a.svg") else n for n in WRITERS]
+)
 def test_a_full_disk_leaves_the_old_file_whole(sol, small_disk, name):
     if name.endswith("mp4"):
         pytest.importorskip("imageio_ffmpeg")

@@ -169,6 +169,7 @@ def test_convergence_tells_lower_from_no_difference():
     assert "equal" in text
 
 
+@pytest.mark.slow
 def test_sensitivity_marks_a_verdict_that_changes():
     rows = sensitivity.rows_of(FULL)
     results = {run: made_up(run) for run in sensitivity.sensitivity(FULL).runs}

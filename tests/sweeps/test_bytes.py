@@ -192,6 +192,7 @@ def test_every_state_of_a_killed_write_is_gone_on_with(reference, tmp_path):
         shutil.rmtree(store)
 
 
+@pytest.mark.slow
 def test_killed_before_there_was_a_store(reference, tmp_path):
     for leftover in ([], ["zarr.json.0815.partial"]):
         store = tmp_path / f"s{len(leftover)}.zarr"
@@ -202,6 +203,7 @@ def test_killed_before_there_was_a_store(reference, tmp_path):
         assert content(store) == content(reference[0])
 
 
+@pytest.mark.slow
 def test_killed_while_it_was_laid_out(reference, tmp_path):
     for gone in ("points", "r", "state"):
         store = tmp_path / "s.zarr"

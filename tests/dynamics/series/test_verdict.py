@@ -83,7 +83,9 @@ def test_chaos_of_the_logistic_map(maps, r):
     assert str(fm.chaos.judge(logistic_points(maps, r), ["x"])) == "chaotic"
 
 
-@pytest.mark.parametrize("count", [120, 250, 1000, 3000])
+@pytest.mark.parametrize(
+    "count", [120, 250, pytest.param(1000, marks=pytest.mark.slow), pytest.param(3000, marks=pytest.mark.slow)]
+)
 def test_henon_through_all_its_signals(maps, count):
     points = maps["henon"](count)
     seen = np.column_stack([points, points @ [1.0, 1.0], points[:, 0] ** 3])
@@ -91,6 +93,7 @@ def test_henon_through_all_its_signals(maps, count):
     assert {str(found) for found in verdicts(seen, exponent=0.42, error=0.05)} == {"chaotic"}
 
 
+@pytest.mark.slow
 def test_lorenz_and_rossler_sections_are_chaotic(signals):
     """Maxima of z: Lorenz's own map; maxima of Rossler's x."""
     for name in ("lorenz z", "rossler x"):
@@ -165,6 +168,7 @@ def test_a_motion_that_grows_without_end_is_no_chaos(rate, count):
         assert str(found) == "transient", found.reason
 
 
+@pytest.mark.slow
 def test_parametric_resonance_is_no_chaos():
     """Mathieu's equation in its first tongue: x grows by 1.37 each period of the parameter, 1e16 in 120 periods."""
     mathieu = fm.chaos.ODE(
