@@ -265,6 +265,7 @@ def shaft(law=fm.KelvinVoigt(3e8, 1e4)):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_shaft_under_load_wears_its_bearing_by_the_rigid_law():
     turn = 2.0 * math.pi * (R - C)  # path of the shaft's surface
     life = fm.wear_out(shaft(), turns=100.0 / turn, keep=2)

@@ -167,6 +167,7 @@ def test_flexible_four_bar(output):
         assert values[1] / values[2] == pytest.approx(10.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_own_law(tmp_path):
     """In a process of its own, as a user runs it: the kernel of the law stands in `__main__`."""
     environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parent)}

@@ -43,6 +43,7 @@ def test_numbers_of_an_oscillator_come_back():
     assert "Converged" in repr(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("records", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_standard_errors_have_the_size_of_the_scatter(records):
     """Errors over standard errors of noisy records, of two parameters and an offset."""
@@ -75,6 +76,7 @@ def test_parameters_that_the_data_do_not_tell_apart_are_named():
     assert "Not told apart" in repr(found)
 
 
+@pytest.mark.slow
 def test_outliers_do_not_move_a_robust_fit():
     noisy = moved(TIMES, 90.0, 0.7, 0.1)
     noisy[::20] += 0.3

@@ -46,7 +46,11 @@ def test_two_crossings_within_a_step_are_seen():
     assert np.abs(found.time.values - expected).max() < 1e-6
 
 
-@pytest.mark.parametrize("make", [systems.lorenz, lambda: mechanisms.swinging(1e-4)], ids=["ode", "mechanism"])
+@pytest.mark.parametrize(
+    "make",
+    [systems.lorenz, pytest.param(lambda: mechanisms.swinging(1e-4), marks=pytest.mark.slow)],
+    ids=["ode", "mechanism"],
+)
 def test_points_do_not_depend_on_how_far_one_looks_ahead(make):
     found = []
     for limit in (30.0, 3000.0):

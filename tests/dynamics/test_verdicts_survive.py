@@ -128,7 +128,9 @@ def test_the_sea_of_the_standard_map_is_chaotic():
     assert str(found.verdict) == "chaotic", found.verdict.reason
 
 
-@pytest.mark.parametrize("energy", [1.0 / 24.0, 0.125])
+@pytest.mark.parametrize(
+    "energy", [pytest.param(1.0 / 24.0, marks=pytest.mark.slow), pytest.param(0.125, marks=pytest.mark.slow)]
+)
 def test_henon_and_heiles(energy):
     """Below 1/12 nearly all of it is tori; at 1/8 there is a sea.  One that is not decided says why."""
     section = fm.chaos.SectionMap(systems.henon_heiles(energy), "x")
@@ -340,6 +342,7 @@ def test_another_start_of_a_mechanism_keeps_its_pose():
     assert np.sqrt(weights @ moved**2) == pytest.approx(1e-3 * np.sqrt(weights @ speed**2))
 
 
+@pytest.mark.slow
 def test_a_contact_that_never_opened_is_told():
     """Where the law keeps the approach speed of the last onset; not where nothing depends on it."""
     worn = hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9))

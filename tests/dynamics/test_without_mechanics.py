@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 MECHANICS = "elastic engine findings mechanisms model parts program results run show statics".split()
 """Rooms of the package that flows and maps do without."""
 

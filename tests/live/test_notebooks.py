@@ -241,6 +241,7 @@ def test_a_frame_hears_its_notebook_alone(crank_page, tab):
     assert frame.evaluate("(() => { try { return parent.document.title; } catch { return 'closed'; } })()") == "closed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "theme"), [(900, "light"), (360, "dark")])
 def test_a_solution_is_a_player_above_its_table(browser, layout_faults, width, theme):
     sol = fm.simulate(nine_bar(clearance=5e-4, flexible=True), periods=0.2)

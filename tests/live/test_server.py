@@ -140,7 +140,7 @@ def test_the_newest_run_is_saved(crank_page, tmp_path):
     assert "slider-crank" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("packages", [{"imageio_ffmpeg"}, set()])
+@pytest.mark.parametrize("packages", [{"imageio_ffmpeg"}, pytest.param(set(), marks=pytest.mark.slow)])
 def test_a_film_of_the_newest_run_is_saved(crank_page, monkeypatch, packages):
     """As .mp4 where the package for it is there, else as .gif; both begin as their formats say."""
     if packages:
@@ -359,6 +359,7 @@ def test_another_model_in_the_same_folder_has_a_store_of_its_own(tmp_path):
     assert len(list(tmp_path.glob("speed-*.zarr"))) == 2
 
 
+@pytest.mark.slow
 def test_points_of_a_store_that_is_refused_are_not_shown(tmp_path):
     wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 2}
     wish |= {"signal": "slider.x", "skip": 0, "keep": 1}

@@ -100,6 +100,7 @@ def test_nul_in_a_name_is_refused_where_it_is_given():
         fm.Mechanism("a\0b", [])
 
 
+@pytest.mark.slow
 def test_letters_that_the_system_has_not_are_refused_by_name(tmp_path):
     code = "import flexmb as fm; fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-4).to_netcdf('\\xfc.nc')"
     plain = {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C", "PYTHONDONTWRITEBYTECODE": "1"}

@@ -144,6 +144,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_a_killed_command_goes_on_and_leaves_no_worker(kept, journal, tmp_path, number):
@@ -449,6 +450,7 @@ def test_values_that_failed_are_told_each_time(study, tmp_path, journal, capsys,
     assert paper("7", "--out", tmp_path, "--quiet") == 1
 
 
+@pytest.mark.slow
 def test_times_of_points_that_were_deleted_are_forgotten(kept):
     run = short_diagram()
     kept.log(run).write_text('{"processor": 1e6, "wall": 1e6}\n')

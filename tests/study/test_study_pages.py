@@ -95,6 +95,7 @@ def test_runs_of_one_name_are_one_run_across_the_pages(effort):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("effort", [pytest.param(FULL, marks=pytest.mark.slow), QUICK], ids=["full", "quick"])
 def test_a_page_is_written_from_its_results(name, effort, tmp_path):
     page = page_of(name, effort)
     text, data = page.write({run: made_up(run) for run in page.runs})

@@ -44,7 +44,10 @@ def reference(tmp_path_factory):
     return path, diagram(path)
 
 
-@pytest.fixture(scope="module", params=pools())
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(n, marks=pytest.mark.slow) if n == "two processes" else n for n in pools()],
+)
 def pool(request):
     """An executor; what its processes import serves both tests."""
     with pools()[request.param]() as made:
@@ -345,6 +348,7 @@ def test_a_pool_that_was_shut_down():
         fm.sweep(slow_results, GRID, executor=pool)
 
 
+@pytest.mark.slow
 def test_digests_do_not_depend_on_the_process(capsys):
     """Here, and in a process whose sets are ordered by another seed."""
     code = (

@@ -23,6 +23,7 @@ def test_vectors_hold_delayed_samples():
     assert (v[1] == [1.0, 4.0, 7.0]).all()
 
 
+@pytest.mark.slow
 def test_information_at_lag_0_is_that_of_equal_intervals_and_two_iterations_forget_two_bits(signals):
     """r = 4 doubles the angle: two iterations forget two bits.  1400 samples make 16 intervals, whose images fit."""
     information = fm.chaos.mutual_information(signals["logistic"][0][:1400], 2)

@@ -78,7 +78,17 @@ def test_differences_of_some_floors_are_none_with_and_without_an_exponent(expone
 # Chaos: 3.6 in two bands, 3.5925 in four, 3.8282 intermittent of type I.
 
 
-@pytest.mark.parametrize("r", [3.5925, 3.6, 3.7, 3.8282, 3.9, 4.0])
+@pytest.mark.parametrize(
+    "r",
+    [
+        pytest.param(3.5925, marks=pytest.mark.slow),
+        3.6,
+        pytest.param(3.7, marks=pytest.mark.slow),
+        3.8282,
+        pytest.param(3.9, marks=pytest.mark.slow),
+        4.0,
+    ],
+)
 def test_chaos_of_the_logistic_map(maps, r):
     assert str(fm.chaos.judge(logistic_points(maps, r), ["x"])) == "chaotic"
 
@@ -108,7 +118,10 @@ def test_lorenz_and_rossler_sections_are_chaotic(signals):
 
 
 @pytest.mark.parametrize(("rotation", "coupling"), [(GOLDEN, 0.0), (GOLDEN, 0.8), (0.3337, 0.3), (math.pi / 10, 0.5)])
-@pytest.mark.parametrize("count", [200, *(pytest.param(n, marks=pytest.mark.slow) for n in (250, 500)), 1000])
+@pytest.mark.parametrize(
+    "count",
+    [200, *(pytest.param(n, marks=pytest.mark.slow) for n in (250, 500)), pytest.param(1000, marks=pytest.mark.slow)],
+)
 def test_closed_curves_through_all_signals(maps, rotation, coupling, count):
     angle = maps["circle"](count, rotation, coupling)
     points = np.column_stack([np.cos(angle), 0.1 * np.sin(angle) + 5.0, np.cos(angle) + 0.3 * np.sin(2.0 * angle)])
