@@ -396,6 +396,7 @@ def driven_rotor(speed, mass, shaft=None):
     return fm.Mechanism("rotor", parts, gravity=(0.0, -G))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("softness", [0.0, pytest.param(0.7, marks=pytest.mark.slow)])
 def test_limit_of_whirl_by_continuation(softness):
     """Orbits of a rotor lose stability at omega sqrt(c/g) = 2.541731/sqrt(1 + k/k_s), at the eccentricity 0.5.

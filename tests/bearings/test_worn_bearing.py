@@ -108,7 +108,7 @@ def test_power_of_the_film_is_the_work_that_its_forces_take(name):
 
 @pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in PROFILES])
-@pytest.mark.parametrize("surface", ["bearing", "journal"])
+@pytest.mark.parametrize("surface", [pytest.param("bearing", marks=pytest.mark.slow), "journal"])
 def test_tangents_of_worn_films(name, surface):
     joint = WET.worn_by(fm.Archard(**{surface: 1e-13})).with_depths(PROFILES[name])
     fm.testing.check_part(DRY.with_part(joint), "B")

@@ -477,7 +477,9 @@ def test_a_bearing_with_another_film_than_the_short_one_does_not_wear():
         wet.worn_by(ARCHARD)
 
 
-@pytest.mark.parametrize("save", [1e-5, 1000, [0.0, 1e-4, 2e-4]])
+@pytest.mark.parametrize(
+    "save", [1e-5, pytest.param(1000, marks=pytest.mark.slow), pytest.param([0.0, 1e-4, 2e-4], marks=pytest.mark.slow)]
+)
 def test_wear_of_a_run_that_saved_less_than_all_steps_is_refused(save, tmp_path):
     sol = fm.simulate(DRY.with_part(WORN), periods=0.02, save=save)
     assert not sol.has_every_step

@@ -34,6 +34,8 @@ KNOWN = {
 }
 """Examples of known mechanisms, each with the largest relative error of the numbers beside their exact values."""
 
+LONGER = ("scissor_lift", "planetary_gear", "pantograph", "path_synthesis")
+
 
 @pytest.fixture
 def output(tmp_path, monkeypatch, capsys):
@@ -90,9 +92,7 @@ def test_no_example_is_forgotten():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN) | {"nine_bar_paper"}  # tests/study
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "path_synthesis" else n for n in KNOWN]
-)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONGER else n for n in KNOWN])
 def test_known_mechanism(name, printed):
     text = printed(name)
     pairs = numbers(r"# ?(?:rad/s|N m|m\^2|rad|N|m)? ?\(exact #\)", text)
@@ -224,6 +224,7 @@ def test_chaos(output, tmp_path):
     assert (tmp_path / "out" / "pendulum.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_andrews(printed):
     text = printed("andrews")
     pairs = numbers(r"# rad \(published #\)", text)
@@ -233,6 +234,7 @@ def test_andrews(printed):
         assert found == pytest.approx(published, abs=1.1e-8)
 
 
+@pytest.mark.slow
 def test_spin_up(printed):
     text = printed("spin_up")
     ((back, independent),) = numbers(r"back by # m \(independent #\)", text)

@@ -35,6 +35,7 @@ def test_least_value_at_a_limit():
     assert "Converged" in repr(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [1e-6, pytest.param(1e6, marks=pytest.mark.slow)])
 def test_limits_hold_whatever_their_units(force):
     """x = F t^2/(2 m), v = F t/m: the heaviest mass with v(1 s) >= .8 F has 1.25 kg, and x = .4 F."""

@@ -79,7 +79,7 @@ def test_errors_of_limit_cycles_stay_small():
 
 def test_a_shear_has_no_exponent():
     shear = fm.chaos.Map(lambda x: [x[0] + x[1], x[1]], [0.1, 0.2], jacobian=lambda x: [[1.0, 1.0], [0.0, 1.0]])
-    for periods in (100, 1000, 5000):
+    for periods in (100, 2000):
         found = fm.lyapunov(shear, periods=periods)
         assert 0.0 < found.value <= found.error
 
@@ -99,7 +99,7 @@ def test_an_exponent_that_its_own_motion_contradicts():
 # Conservative systems.
 
 
-@pytest.mark.parametrize("start", [(math.pi + 0.5, 0.0), (math.pi - 1.2, 0.1)])
+@pytest.mark.parametrize("start", [(math.pi + 0.5, 0.0), pytest.param((math.pi - 1.2, 0.1), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("periods", [200, 1000])
 def test_islands_of_the_standard_map_are_closed_curves(start, periods):
     system = wrapped_standard(0.8)
@@ -145,6 +145,7 @@ def test_henon_and_heiles(energy):
         assert "conservative" in found.verdict.reason
 
 
+@pytest.mark.slow
 def test_the_accumulation_of_doublings():
     r = 3.569945672
     logistic = fm.chaos.Map(lambda x: r * x * (1.0 - x), [0.3123], jacobian=lambda x: r * (1.0 - 2.0 * x)[None])
@@ -211,6 +212,7 @@ def test_an_error_covers_what_finer_steps_change():
     assert f"{found.confirmed.value:.4g}" in str(found)
 
 
+@pytest.mark.slow
 def test_a_second_run_of_the_same_system_changes_little():
     """Its own fluctuations are no error of the first one."""
     kept = []
@@ -242,7 +244,7 @@ def test_a_second_start_that_escapes_is_tried_nearer():
         return 4.0 * x * (1.0 - x) if abs(x[0]) < 1e100 else [np.nan]
 
     logistic = fm.chaos.Map(step, [0.3], jacobian=lambda x: 4.0 * (1.0 - 2.0 * x)[None])
-    for start in np.linspace(0.05, 0.95, 19):
+    for start in np.linspace(0.05, 0.95, 7):
         logistic.reset(np.array([start + 1e-3]))
         found = fm.lyapunov(logistic, skip=10, periods=300)
         assert found.confirmed is not None, found.status
@@ -264,6 +266,7 @@ def test_a_second_run_that_fails_is_told():
     assert "second run" in found.verdict.reason
 
 
+@pytest.mark.slow
 def test_per_period_scales_all_errors():
     found = fm.lyapunov(systems.pendulum(rtol=1e-6), skip=5, periods=60)
     scaled = found.per_period()

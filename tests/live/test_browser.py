@@ -214,6 +214,7 @@ def spectrum(tab, times, values):
     return np.array(found[0]), 10.0 ** np.array(found[1]), found[2]
 
 
+@pytest.mark.slow
 def test_the_spectrum_has_its_line_at_the_frequency_of_a_sine(tab_of, crank_page):
     """Up to the frequency of Nyquist, for any number of samples; 300 Hz at 1 kHz were 212 Hz of 1.47 m."""
     tab = tab_of(crank_page)

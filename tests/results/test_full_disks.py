@@ -171,7 +171,7 @@ def test_the_checkpoint_stays_until_the_results_are_on_disk(tmp_path, monkeypatc
             raise full
         real(file)
 
-    words = ["run", "slider-crank", "--clearance", "0.5mm", "--t-end", "20ms", "--no-plots", "--no-vtk", "--no-report"]
+    words = ["run", "slider-crank", "--clearance", "0.5mm", "--t-end", "5ms", "--no-plots", "--no-vtk", "--no-report"]
     words += ["--out", str(tmp_path), "--quiet", "--checkpoint", "0s"]
     monkeypatch.setattr("flexmb.run.run.FIRST_BLOCK_UPDATES", 200)
     monkeypatch.setattr("os.fsync", fsync)
@@ -183,7 +183,7 @@ def test_the_checkpoint_stays_until_the_results_are_on_disk(tmp_path, monkeypatc
     monkeypatch.undo()
     assert main([*words, "--resume"]) == 0
     assert not checkpoint.exists()
-    again = fm.simulate(fm.mechanisms.slider_crank(clearance=5e-4), t_end=0.02)
+    again = fm.simulate(fm.mechanisms.slider_crank(clearance=5e-4), t_end=0.005)
     assert np.array_equal(fm.load(tmp_path / "slider-crank.nc").values, again.values)
 
 

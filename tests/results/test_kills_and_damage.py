@@ -43,8 +43,8 @@ def same(one, other):
 )
 def test_killed_at_random_instants_runs_end_with_the_same_bits(tmp_path, monkeypatch, run, kills):
     """kill -9, a fork each; a run is resumed and killed again until it ends before the next kill."""
-    monkeypatch.setattr(run_module, "BLOCK_SECONDS", 1e-3)
-    monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200)
+    monkeypatch.setattr(run_module, "BLOCK_SECONDS", 1e-3 if kills > 10 else 1e-2)
+    monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200 if kills > 10 else 2000)
     checkpoint, result = tmp_path / "run.checkpoint.nc", tmp_path / "run.nc"
     whole, rng, done, resumed = run(), random.Random(kills), 0, 0
     options = {"checkpoint": checkpoint, "checkpoint_every": 0.0 if run is crank else 0.01}

@@ -324,6 +324,7 @@ def test_the_study_has_these_figures_and_each_once():
     assert numbers == list(range(6, 45))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effort", [pytest.param(FULL, marks=pytest.mark.slow), QUICK])
 def test_little_is_computed_twice(effort):
     """Some variations change nothing in some models, so that runs of two names are the same; two runs of one name are

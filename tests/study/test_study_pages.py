@@ -208,6 +208,7 @@ def test_damping_tells_what_disagrees_from_what_depends_on_it():
     assert f"{len(CLAIMS) - 2} at 1e-07 s" in damping.standing(verdicts)
 
 
+@pytest.mark.slow
 def test_damping_judges_all_claims_at_each_value():
     page = page_of("damping", FULL)
     _, data = page.write({run: made_up(run) for run in page.runs})

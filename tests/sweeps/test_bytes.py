@@ -46,7 +46,7 @@ def reference(tmp_path_factory):
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(n, marks=pytest.mark.slow) if n == "two processes" else n for n in pools()],
+    params=[pytest.param(n, marks=pytest.mark.slow) if n != "threads" else n for n in pools()],
 )
 def pool(request):
     """An executor; what its processes import serves both tests."""
@@ -179,7 +179,7 @@ def test_every_state_of_a_killed_write_is_gone_on_with(reference, tmp_path):
     path, dataset = reference
     whole, store = content(path), tmp_path / "s.zarr"
     rng = np.random.default_rng(0)
-    for _ in range(4):
+    for _ in range(2):
         shutil.copytree(path, store)
         points = [(0, k) for k in range(len(VALUES))] + [(1, k) for k in range(len(VALUES))]
         for row, k in rng.permutation(points)[:7]:  # the status is written last: without it nothing else counts

@@ -92,6 +92,7 @@ def test_an_angle_that_moves_on_counts_modulo_a_turn():
     assert named(slow, 0.002), slow.reason
 
 
+@pytest.mark.slow
 def test_what_does_not_drift_keeps_its_verdict(maps):
     """Closed curves near rational rotation numbers and slow ones, cycles, chaos in bands and without."""
     for rotation in (GOLDEN, 1.0 / 3.0 + 1e-3, 0.5 + 1.5e-3, 0.25 - math.pi / 1500.0, math.pi / 785.0, 0.0101):
