@@ -92,6 +92,7 @@ def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
         assert a[5:7] == pytest.approx(b[5:7], abs=2e-3 * abs(b[5:7]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in PROFILES])
 def test_power_of_the_film_is_the_work_that_its_forces_take(name):
     p = np.array(WET.worn_by(ARCHARD).with_depths(PROFILES[name]).film_numbers(FIRST, SECOND))

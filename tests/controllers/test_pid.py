@@ -44,6 +44,7 @@ def gravity_torque(theta):
     return WEIGHT * ARM * np.cos(theta)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ONE_FAST, ids=TIGHT)
 def test_a_pd_controller_moves_a_pendulum(options):
     servo = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, kd=1.5, rate="tip.omega")

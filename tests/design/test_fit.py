@@ -217,6 +217,7 @@ def test_a_model_that_always_fails_is_told_with_its_error():
         fm.design.fit(broken, {"rate": (60.0, 120.0)}, GOOD, signals=["body.x"])
 
 
+@pytest.mark.slow
 def test_a_parameter_that_ends_at_a_bound_of_nothing_has_an_error():
     """Derivatives of a damping that is nearly 0 are judged by the width of its bounds."""
     data = record(TIMES, moved(TIMES, 90.0, 0.0, 0.1) + 1e-3 * np.random.default_rng(3).standard_normal(len(TIMES)))

@@ -47,7 +47,7 @@ def turned(sol):
 @pytest.mark.parametrize(
     ("rule", "steps"),
     [
-        pytest.param(rule, steps, marks=pytest.mark.slow if steps == 1000 and rule in ("rk4", "alpha") else ())
+        pytest.param(rule, steps, marks=pytest.mark.slow if steps == 1000 and rule != "alpha-position" else ())
         for rule in RULES
         for steps in (100, 1000)
         if (rule, steps) != ("trapezoidal", 100)

@@ -185,6 +185,7 @@ def test_rotating_ring(kind):
     assert np.log2(np.divide(*errors)).min() > 3.4
 
 
+@pytest.mark.slow
 def test_ring_under_inner_pressure():
     """Lame's solution, 100 MPa inside."""
     mesh = ring(0.05, 0.2, 0.0075)

@@ -111,6 +111,7 @@ def test_link_with_eyes(size, free, held):
     np.testing.assert_allclose(vibrations(body, 4, pins, ["start"])[0], held, rtol=4e-5)
 
 
+@pytest.mark.slow
 def test_triangles_and_quadrilaterals_approach_each_other():
     """Measured 4.0e-3 and 1.4e-3: the corners at the shank."""
     apart = []

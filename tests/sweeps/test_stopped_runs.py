@@ -85,7 +85,9 @@ def test_require():
     assert found["status"].values[0].startswith("SolveError: Run of 'slider-crank': Stopped after 3 steps")
 
 
-@pytest.mark.parametrize("kind", ["sweep", "diagram", pytest.param("exponent", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "kind", ["sweep", pytest.param("diagram", marks=pytest.mark.slow), pytest.param("exponent", marks=pytest.mark.slow)]
+)
 def test_ctrl_c_ends_a_sweep_and_keeps_nothing_of_its_point(kind, tmp_path):
     """The third point is interrupted in the middle of its run; resume=True computes it, and all that follow."""
     store, flag = tmp_path / "s", tmp_path / "flag"

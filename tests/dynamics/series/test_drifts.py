@@ -24,7 +24,7 @@ def named(found, step):
 
 
 @pytest.mark.parametrize("k", CYCLES)
-@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("rate", [pytest.param(n, marks=pytest.mark.slow) if n in (0.003, 0.03) else n for n in RATES])
 @pytest.mark.parametrize("sign", [pytest.param(n, marks=pytest.mark.slow) if n < 0.0 else n for n in [1.0, -1.0]])
 def test_a_straight_drift_is_a_transient_that_names_it(k, rate, sign):
     """Counted over the whole record, and in each point; with an exponent of zero and without one."""
