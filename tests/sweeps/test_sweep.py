@@ -184,6 +184,7 @@ def period_of(omega):
     return 2.0 * np.pi / omega
 
 
+@pytest.mark.slow
 def test_ctrl_c_is_no_result():
     family = Family(bistable(), "well.amplitude", {}, step=1e-5, period=PERIOD)
     section_point(
