@@ -77,14 +77,14 @@ def test_parameters_that_the_data_do_not_tell_apart_are_named():
     assert "Not told apart" in repr(found)
 
 
-@pytest.mark.slow
 def test_outliers_do_not_move_a_robust_fit():
-    noisy = moved(TIMES, 90.0, 0.7, 0.1)
+    times = TIMES[:41]
+    noisy = moved(times, 90.0, 0.7, 0.1)
     noisy[::20] += 0.3
     how = {"signals": ["body.x"], "noise": 1e-3, "start": {"rate": 80.0}}
     bounds = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
-    plain = fm.design.fit(oscillator, bounds, record(TIMES, noisy), **how)
-    robust = fm.design.fit(oscillator, bounds, record(TIMES, noisy), loss="cauchy", **how)
+    plain = fm.design.fit(oscillator, bounds, record(times, noisy), **how)
+    robust = fm.design.fit(oscillator, bounds, record(times, noisy), loss="cauchy", **how)
     assert abs(robust.parameters["rate"] - 90.0) < 0.02 * abs(plain.parameters["rate"] - 90.0)
 
 
