@@ -259,6 +259,7 @@ def momentum(system, q, v):
     return np.array([*p.sum(axis=0)[:2], np.sum(x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0] + p[:, 2])])
 
 
+@pytest.mark.slow
 def test_a_spinning_rod_stops_vibrating_and_goes_on_spinning():
     """A bent rod is thrown, spinning: it keeps its momenta, and damping finds nothing more to take."""
     soft, spin, bend = fm.Material(young=2e9, density=DENSITY), 10.0, 0.2

@@ -228,7 +228,7 @@ def test_what_is_no_straight_chain_is_named(points, edges, message):
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("closed", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_gentle_curves_are_no_members(closed):
     n = 70_000
     angle = np.arange(n) * (2.0 * pi / n)

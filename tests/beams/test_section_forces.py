@@ -223,7 +223,13 @@ def test_yield_under_the_weight_at_rest():
     assert [f.code for f in fm.check(mechanism).findings] == ["overload"]
 
 
-@pytest.mark.parametrize("elements", [1, 2, 3, 4, 5, 6, (0.1, 0.4), (0.3, 0.5)])
+@pytest.mark.parametrize(
+    "elements",
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n in (2, 4, 5, 6) else n
+        for n in [1, 2, 3, 4, 5, 6, (0.1, 0.4), (0.3, 0.5)]
+    ],
+)
 @pytest.mark.parametrize("shear", [False, True])
 def test_deflection_of_the_middle(elements, shear):
     """The sag was 0 with one element and .869 of 5 w L^4/(384 E I) with three, that of a node beside the middle."""
@@ -279,7 +285,7 @@ OUTLINES = {
 
 
 @pytest.mark.parametrize("name", OUTLINES)
-@pytest.mark.parametrize("over", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("over", [pytest.param(n, marks=pytest.mark.slow) if n == 2.0 else n for n in [1.0, 2.0, 4.0]])
 @pytest.mark.parametrize("turn", [-math.pi, math.pi])
 def test_thick_arcs_have_the_stress_of_winkler(name, over, turn):
     """The inner fibre of a hook had .69, .84 and .91 of its stress at R/h = 1, 2 and 4, that of a straight bar."""

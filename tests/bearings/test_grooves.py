@@ -137,7 +137,9 @@ def test_a_journal_settles_at_the_equilibrium():
     assert sol.array("B.pressure")[-1] == pytest.approx(found.pressure, rel=1e-3)
 
 
-@pytest.mark.parametrize(("spin", "count", "least"), [(SPIN, 25, 80), (-SPIN, 7, 19)])
+@pytest.mark.parametrize(
+    ("spin", "count", "least"), [pytest.param(SPIN, 25, 80, marks=pytest.mark.slow), (-SPIN, 7, 19)]
+)
 def test_the_film_carries_the_load_in_every_direction(spin, count, least):
     """Where the attitude has a fold over the eccentricity, about the grooves, as well; a load above them is refused."""
     part = bearing()

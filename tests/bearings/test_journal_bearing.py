@@ -123,7 +123,7 @@ def test_small_motions_die_out_below_the_limit_and_whirl_above(omega, grows):
     assert last > 1.2 * first if grows else last < 0.8 * first
 
 
-@pytest.mark.parametrize("name", ["short", "long", "finite"])
+@pytest.mark.parametrize("name", ["short", "long", pytest.param("finite", marks=pytest.mark.slow)])
 def test_full_whirl_stays_in_the_bearing(name):
     """A journal without load whirls at half of the spin, out to its roughness, since then no film is drawn in."""
     shaft = journal(0.5, 800.0)
@@ -154,7 +154,9 @@ def states(seed, count, deepest=1.1):
         yield q, v
 
 
-@pytest.mark.parametrize("name", FILMS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "finite, supplied everywhere" else n for n in FILMS]
+)
 def test_tangents_within_the_film(name):
     p = np.array(bearing(FILMS[name]).numbers((0.1, 0.02), (-0.05, 0.03)))
     none = np.zeros(0)
@@ -394,6 +396,7 @@ def driven_rotor(speed, mass, shaft=None):
     return fm.Mechanism("rotor", parts, gravity=(0.0, -G))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("softness", [0.0, pytest.param(0.7, marks=pytest.mark.slow)])
 def test_limit_of_whirl_by_continuation(softness):
     """Orbits of a rotor lose stability at omega sqrt(c/g) = 2.541731/sqrt(1 + k/k_s), at the eccentricity 0.5.

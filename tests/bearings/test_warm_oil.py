@@ -39,7 +39,7 @@ def test_measured_viscosities():
     assert errors[-1] < 0.12
 
 
-@pytest.mark.parametrize("kind", [fm.FiniteBearing, fm.ShortBearing])
+@pytest.mark.parametrize("kind", [pytest.param(fm.FiniteBearing, marks=pytest.mark.slow), fm.ShortBearing])
 def test_a_warm_film_is_in_balance(kind):
     """The heat of the film is what the oil carries away, and the viscosity is that of its temperature."""
     load, speed, inlet = 400.0, 300.0, 45.0

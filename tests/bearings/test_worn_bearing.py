@@ -58,7 +58,7 @@ def signals(kernel, p, at, q, v):
 # The film
 
 
-@pytest.mark.parametrize("surface", ["bearing", "journal"])
+@pytest.mark.parametrize("surface", [pytest.param("bearing", marks=pytest.mark.slow), "journal"])
 def test_unworn_film_is_the_short_one(surface):
     errors = {}
     for bins in (180, 360, 720):
@@ -74,7 +74,7 @@ def test_unworn_film_is_the_short_one(surface):
     assert errors[360] < 2e-4
 
 
-@pytest.mark.parametrize("surface", ["bearing", "journal"])
+@pytest.mark.parametrize("surface", ["bearing", pytest.param("journal", marks=pytest.mark.slow)])
 def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
     """A depth d (1 + cos) makes the clearance c + d about a centre that is d aside, in the body that wears."""
     d, shift = 2e-5, 2e-5 * np.array([math.cos(0.7), math.sin(0.7)])
@@ -92,7 +92,8 @@ def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
         assert a[5:7] == pytest.approx(b[5:7], abs=2e-3 * abs(b[5:7]).max())
 
 
-@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in PROFILES])
 def test_power_of_the_film_is_the_work_that_its_forces_take(name):
     p = np.array(WET.worn_by(ARCHARD).with_depths(PROFILES[name]).film_numbers(FIRST, SECOND))
     for q, v in states(50):
@@ -107,8 +108,8 @@ def test_power_of_the_film_is_the_work_that_its_forces_take(name):
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("name", PROFILES)
-@pytest.mark.parametrize("surface", ["bearing", "journal"])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in PROFILES])
+@pytest.mark.parametrize("surface", [pytest.param("bearing", marks=pytest.mark.slow), "journal"])
 def test_tangents_of_worn_films(name, surface):
     joint = WET.worn_by(fm.Archard(**{surface: 1e-13})).with_depths(PROFILES[name])
     fm.testing.check_part(DRY.with_part(joint), "B")
@@ -141,6 +142,7 @@ def test_contact_through_the_film_wears_and_the_film_alone_does_not():
     assert joint.width == WIDTH
 
 
+@pytest.mark.slow
 def test_oil_wears_a_joint_less_than_a_dry_contact():
     lives = [fm.wear_out(DRY.with_part(j.worn_by(fm.Archard(bearing=1e-13, width=WIDTH))), turns=500.0, keep=1)
              for j in (DRY["B"], THIN)]  # fmt: skip

@@ -134,7 +134,9 @@ def test_a_pin_at_its_border_touches_the_side_and_never_cuts_it(name):
 
 @pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", PROFILES)
-@pytest.mark.parametrize("kind", ["guide", "slot"])
+@pytest.mark.parametrize(
+    "kind", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in ["guide", "slot"]]
+)
 def test_tangents_of_worn_sides(name, kind):
     mech = DRY.with_part(WORN.with_depths(PROFILES[name]))
     if kind == "slot":
@@ -256,6 +258,7 @@ def test_a_narrow_pit_is_named_and_its_depth_goes_with_the_number_of_places(life
     assert float(finer["guide.volume"][-1]) == pytest.approx(float(life["guide.volume"][-1]), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turns", "depth"), [(3e4, 0.15), pytest.param(1e5, 0.5, marks=pytest.mark.slow)])
 def test_half_the_error_gives_the_same_life(turns, depth):
     """Up to a depth of a part of the clearance."""
@@ -270,6 +273,7 @@ def test_half_the_error_gives_the_same_life(turns, depth):
         assert apart < float(life["guide.error"][-1] + finer["guide.error"][-1])
 
 
+@pytest.mark.slow
 def test_a_guide_and_a_bearing_wear_at_once_and_go_on_from_a_store(tmp_path):
     loose = slider_crank(speed=100.0, clearance=C)
     mech = loose.with_part(loose["B"].worn_by(ARCHARD)).with_part(replace(WORN, second=loose["slider"]))

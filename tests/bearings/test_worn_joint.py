@@ -118,7 +118,9 @@ def test_friction_of_a_half_bearing_that_fits_has_four_over_pi_of_the_arm():
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n not in ("ridges", "one bin") else n for n in PROFILES]
+)
 @pytest.mark.parametrize("surface_that_wears", ["bearing", "journal"])
 def test_tangents_of_worn_contacts(name, surface_that_wears):
     joint = DRY["B"].worn_by(fm.Archard(**{surface_that_wears: 1e-13})).with_depths(PROFILES[name])
@@ -222,6 +224,7 @@ def test_a_foundation_carries_the_force_as_a_layer_on_a_round_ground_does(depth)
     assert spread == pytest.approx(expected / expected.sum(), abs=2e-3 * spread.max())
 
 
+@pytest.mark.slow
 def test_a_stiffer_foundation_comes_nearer_to_the_rigid_law():
     """Shape of a groove beside that of the same volume, max(0, e cos phi - c), on a contact that is far softer."""
     mech = shaft(fm.KelvinVoigt(1e7, 3e3))
@@ -262,6 +265,7 @@ def shaft(law=fm.KelvinVoigt(3e8, 1e4)):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_shaft_under_load_wears_its_bearing_by_the_rigid_law():
     turn = 2.0 * math.pi * (R - C)  # path of the shaft's surface
     life = fm.wear_out(shaft(), turns=100.0 / turn, keep=2)
@@ -293,6 +297,7 @@ def test_rows_of_a_life(life):
     assert (life["B.peak_force"].values > 0.0).all()
 
 
+@pytest.mark.slow
 def test_half_the_error_gives_the_same_life(life):
     finer = fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=4, tolerance=0.01)
     assert int(finer["runs"][-1]) > int(life["runs"][-1])
@@ -472,7 +477,9 @@ def test_a_bearing_with_another_film_than_the_short_one_does_not_wear():
         wet.worn_by(ARCHARD)
 
 
-@pytest.mark.parametrize("save", [1e-5, 1000, [0.0, 1e-4, 2e-4]])
+@pytest.mark.parametrize(
+    "save", [1e-5, pytest.param(1000, marks=pytest.mark.slow), pytest.param([0.0, 1e-4, 2e-4], marks=pytest.mark.slow)]
+)
 def test_wear_of_a_run_that_saved_less_than_all_steps_is_refused(save, tmp_path):
     sol = fm.simulate(DRY.with_part(WORN), periods=0.02, save=save)
     assert not sol.has_every_step

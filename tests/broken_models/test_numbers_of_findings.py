@@ -8,7 +8,10 @@ from broken import Jumping, beam, four_bar, servo, slider_crank, upright, worn
 import flexmb as fm
 
 
-@pytest.mark.parametrize(("angle", "speed"), [(1.2, 1.0), (1.2, -1.0), (1.0, 2.5)])
+@pytest.mark.parametrize(
+    ("angle", "speed"),
+    [(1.2, 1.0), pytest.param(1.2, -1.0, marks=pytest.mark.slow), pytest.param(1.0, 2.5, marks=pytest.mark.slow)],
+)
 def test_where_a_rocker_locks(angle, speed):
     """Coupler and rocker lie on one line where the crank's end is b + c or |b - c| from the rocker's pin."""
     a, b, c, d = 0.3, 0.1, 0.3, 0.32
@@ -48,6 +51,7 @@ def test_gruebler_is_wrong_about_parallel_cranks():
     assert (report.gruebler, report.freedom) == (0, 1)
 
 
+@pytest.mark.slow
 def test_a_flexible_linkage_may_bend_where_a_rigid_one_locks():
     """A warning: a thin coupler can give way; with rigid links it is an error."""
     rigid = four_bar((0.3, 0.1, 0.3, 0.32), 1.2, fm.ConstantSpeed(1.0))

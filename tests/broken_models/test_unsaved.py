@@ -76,7 +76,15 @@ def test_the_phase_that_is_lost_is_told(parts):
     assert lost(sol) > 0.5
 
 
-@pytest.mark.parametrize("saved", [{"signals": ["mass.x"]}, {"signals": []}, {"save": 3}, {"save_from": 19.0}])
+@pytest.mark.parametrize(
+    "saved",
+    [
+        pytest.param({"signals": ["mass.x"]}, marks=pytest.mark.slow),
+        {"signals": []},
+        {"save": 3},
+        pytest.param({"save_from": 19.0}, marks=pytest.mark.slow),
+    ],
+)
 def test_the_same_is_told_whatever_is_saved(saved):
     whole, part = (fm.simulate(oscillator(), t_end=20.0, **options) for options in ({}, saved))
     assert lost(whole) == lost(part) > 0.5
@@ -195,7 +203,13 @@ def cantilever(mesh, force=1.0):
 
 
 @pytest.mark.parametrize(
-    ("kind", "along", "across"), [("tri3", 20, 2), ("tri3", 40, 4), ("quad4", 10, 1), ("quad4", 10, 2)]
+    ("kind", "along", "across"),
+    [
+        ("tri3", 20, 2),
+        pytest.param("tri3", 40, 4, marks=pytest.mark.slow),
+        pytest.param("quad4", 10, 1, marks=pytest.mark.slow),
+        ("quad4", 10, 2),
+    ],
 )
 def test_linear_cells_that_are_too_stiff(kind, along, across):
     """The deflection of beam theory with shear, F L^3/3EI + 1.2 F L/GA, over that of the mesh, by check and run."""

@@ -88,14 +88,19 @@ def four_bar_of_size(size, place=0.0):
     ])  # fmt: skip
 
 
-@pytest.mark.parametrize("size", [1e-6, 1e-4, 1e4])
+@pytest.mark.parametrize(
+    "size", [pytest.param(1e-6, marks=pytest.mark.slow), pytest.param(1e-4, marks=pytest.mark.slow), 1e4]
+)
 def test_the_loops_of_tiny_and_huge_mechanisms_close(size):
     report = fm.check(four_bar_of_size(size))
     assert report.ok, report
     assert {finding.code for finding in report.findings} == {"odd-units"}
 
 
-@pytest.mark.parametrize(("place", "told"), [(100.0, False), (1e4, True), (1e6, True)])
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [(100.0, False), pytest.param(1e4, True, marks=pytest.mark.slow), pytest.param(1e6, True, marks=pytest.mark.slow)],
+)
 def test_a_mechanism_far_from_the_origin_is_told(place, told):
     report = fm.check(four_bar_of_size(1.0, place))
     assert [finding.code for finding in report.findings] == ["far-origin"] * told

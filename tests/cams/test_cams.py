@@ -287,7 +287,7 @@ def test_contracts(shape, given):
     assert max(check.error for check in report.checks) < 1e-8
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", [pytest.param(n, marks=pytest.mark.slow) if n == "cam" else n for n in SHAPES])
 def test_the_nearest_points_are_found(shape):
     """Gaps against the least distance of many points of both curves, in random poses apart from each other."""
     mech = pair(shape, normal=NORMAL, start="open")

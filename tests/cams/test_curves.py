@@ -98,7 +98,8 @@ def test_a_circle_of_a_beam_is_no_curve():
     ("law", "speed", "acceleration"),
     [
         ("cycloidal", 2.0, 2.0 * math.pi), ("3-4-5", 1.875, 10.0 / math.sqrt(3.0)),
-        ("4-5-6-7", 2.1875, 84.0 * math.sqrt(5.0) / 25.0), ("harmonic", 0.5 * math.pi, 0.5 * math.pi**2),
+        pytest.param("4-5-6-7", 2.1875, 84.0 * math.sqrt(5.0) / 25.0, marks=pytest.mark.slow),
+        ("harmonic", 0.5 * math.pi, 0.5 * math.pi**2),
     ],
 )  # fmt: skip
 def test_peaks_of_lift_laws(law, speed, acceleration):

@@ -29,7 +29,7 @@ def pair(centre, radius=0.02, outline=SHAPE):
 BESIDE, ABOVE = (pytest.param(centre, marks=pytest.mark.slow) for centre in ((0.3, 0.0), (0.0, -0.2)))
 
 
-@pytest.mark.parametrize("centre", [(0.2, 0.1), BESIDE, (0.11, 0.13), ABOVE])
+@pytest.mark.parametrize("centre", [(0.2, 0.1), BESIDE, pytest.param((0.11, 0.13), marks=pytest.mark.slow), ABOVE])
 def test_contracts(centre):
     report = check_part(pair(centre), "pair")
     assert max(check.error for check in report.checks) < 1e-7

@@ -140,7 +140,10 @@ def test_a_second_run_is_told_unless_it_is_not_wanted(model, capsys):
     assert found["exponent_error"].values.tolist() == found["exponent_statistical"].values.tolist() == [own]
 
 
-@pytest.mark.parametrize(("burst", "points"), [("1", 0), ("200", 21), ("500", 50)])
+@pytest.mark.parametrize(
+    ("burst", "points"),
+    [pytest.param("1", 0, marks=pytest.mark.slow), ("200", 21), pytest.param("500", 50, marks=pytest.mark.slow)],
+)
 def test_a_run_that_fails(model, capsys, burst, points):
     """At once, among the points, and in the fine samples that follow; what was found until then is written."""
     arguments = ["chaos", model, "--burst", burst, *COMMON, "--skip", "0", "--keep", "50", "--series", "20"]
@@ -172,6 +175,7 @@ def test_journal_of_a_joint_with_play(tmp_path, capsys):
     }
 
 
+@pytest.mark.slow
 def test_signals_of_ones_choice(model):
     arguments = [
         "chaos",

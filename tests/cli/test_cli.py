@@ -133,7 +133,7 @@ def test_error_controlled_steps(tmp_path):
     assert "rtol=1e-05" in load(tmp_path / "slider-crank.nc").model["step"]
 
 
-@pytest.mark.parametrize("save", ["steps", "20"])
+@pytest.mark.parametrize("save", ["steps", pytest.param("20", marks=pytest.mark.slow)])
 def test_a_run_goes_on(tmp_path, save):
     arguments = ["run", "slider-crank", "--step", "20us", "--quiet", "--no-vtk", "--no-plots", "--save", save]
     first, second = tmp_path / "first", tmp_path / "second"
@@ -286,7 +286,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setattr(NewmarkStepper, "advance", interrupted)
     monkeypatch.setattr("flexmb.run.run.FIRST_BLOCK_UPDATES", 0)  # so that the least block is taken, of 16 steps
-    assert main(["run", "slider-crank", *SHORT, "--out", str(tmp_path)]) == 1
+    assert main(["run", "slider-crank", *SHORT, "--no-vtk", "--no-plots", "--no-report", "--out", str(tmp_path)]) == 1
     sol = load(tmp_path / "slider-crank.nc")
     assert "Interrupted" in sol.status
     assert sol.stats.steps == 16
@@ -313,6 +313,7 @@ def test_keyboard_before_the_first_saved_instant(tmp_path, capsys, monkeypatch):
     assert len(load(tmp_path / "slider-crank.nc").restart) > 0
 
 
+@pytest.mark.slow
 def test_pictures_that_fail_do_not_cost_the_run(tmp_path, capsys):
     (tmp_path / "signals.png").mkdir()
     assert main(["run", "slider-crank", *SHORT, "--out", str(tmp_path)]) == 1
@@ -447,6 +448,7 @@ mech = fm.mechanisms.slider_crank(10.0)
 """
 
 
+@pytest.mark.slow
 def test_what_is_left_to_the_collector_is_written_when_a_command_ends(tmp_path):
     """A command looks for garbage seldom, and once at its end; commands called from Python leave Python as it is."""
     (tmp_path / "model.py").write_text(LEFT)

@@ -34,6 +34,8 @@ KNOWN = {
 }
 """Examples of known mechanisms, each with the largest relative error of the numbers beside their exact values."""
 
+LONGER = ("scissor_lift", "planetary_gear", "pantograph", "path_synthesis")
+
 
 @pytest.fixture
 def output(tmp_path, monkeypatch, capsys):
@@ -90,7 +92,7 @@ def test_no_example_is_forgotten():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN) | {"nine_bar_paper"}  # tests/study
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONGER else n for n in KNOWN])
 def test_known_mechanism(name, printed):
     text = printed(name)
     pairs = numbers(r"# ?(?:rad/s|N m|m\^2|rad|N|m)? ?\(exact #\)", text)
@@ -99,6 +101,7 @@ def test_known_mechanism(name, printed):
         assert found == pytest.approx(exact, rel=KNOWN[name], abs=1e-10 if name != "chebyshev" else 1e-6)
 
 
+@pytest.mark.slow
 def test_pick_and_place(output):
     text = output("pick_and_place")
     for line, error in (("carriage at +# m .*target #", 1e-4), (r"turned by +# deg +\(target #", 0.01)):
@@ -164,6 +167,7 @@ def test_flexible_four_bar(output):
         assert values[1] / values[2] == pytest.approx(10.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_own_law(tmp_path):
     """In a process of its own, as a user runs it: the kernel of the law stands in `__main__`."""
     environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parent)}
@@ -220,6 +224,7 @@ def test_chaos(output, tmp_path):
     assert (tmp_path / "out" / "pendulum.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_andrews(printed):
     text = printed("andrews")
     pairs = numbers(r"# rad \(published #\)", text)
@@ -229,6 +234,7 @@ def test_andrews(printed):
         assert found == pytest.approx(published, abs=1.1e-8)
 
 
+@pytest.mark.slow
 def test_spin_up(printed):
     text = printed("spin_up")
     ((back, independent),) = numbers(r"back by # m \(independent #\)", text)
@@ -317,6 +323,7 @@ def shaking(slider):
     return found.x, found.fun
 
 
+@pytest.mark.slow
 def test_counterweight(printed):
     """The exact acceleration of the slider from its path by differentiation in Fourier's space."""
     text = printed("counterweight")

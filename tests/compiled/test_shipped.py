@@ -135,7 +135,15 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("why", FAULTS)
+@pytest.mark.parametrize(
+    "why",
+    [
+        pytest.param(n, marks=pytest.mark.slow)
+        if n[:8] in ("llvmlite", "Python c", "platform", "is not w", "cannot b", "not ther")
+        else n
+        for n in FAULTS
+    ],
+)
 def test_what_does_not_fit_is_compiled_and_said_once(folder, no_cache, compilations, capsys, why):
     FAULTS[why](folder)
     forget()

@@ -60,6 +60,7 @@ def test_code_of_old_sources_is_not_kept_under_the_new_ones(call, tmp_path):
     assert call()[0] == "21.0"
 
 
+@pytest.mark.slow
 def test_unchanged_files_keep_their_code(call, tmp_path):
     value, said = call()
     assert (value, SAID in said) == ("3.0", False)

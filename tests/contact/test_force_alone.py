@@ -288,6 +288,7 @@ def of_another_process(cache, jit):
     return counts.split()
 
 
+@pytest.mark.slow
 def test_in_other_processes_and_machine_code_lies_on_disk(tmp_path):
     """A second process compiles nothing."""
     assert of_another_process(tmp_path, "0") == ["0", "1"]

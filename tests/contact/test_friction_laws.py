@@ -282,6 +282,7 @@ def test_bristles_of_a_default_run_are_right():
     assert found == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_error_estimate_of_radau_sees_bristles():
     """Errors fall with rtol^(1/2), and are below 2 % with default steps (2e-4 with rtol = 1e-8)."""
     for rtol in (1e-4, 1e-6, 1e-8):

@@ -61,7 +61,7 @@ def swinging(speed, *, largest, t_end=0.02):
     return np.linspace(0.0, t_end, 4001), np.array(found)
 
 
-@pytest.mark.parametrize("reference", ["onset", "largest"])
+@pytest.mark.parametrize("reference", ["onset", pytest.param("largest", marks=pytest.mark.slow)])
 def test_at_rest_under_load(reference):
     """The contact swings about its depth at rest, damped as an impact is, and not more."""
     sol = pressed(law(reference_speed=reference), 0.0)
@@ -243,7 +243,7 @@ def test_a_light_contact_comes_to_rest(start, reference):
         assert N == pytest.approx(9.81e-3, rel=1e-6)  # noqa: SIM300
 
 
-@pytest.mark.parametrize("reference", ["onset", "largest"])
+@pytest.mark.parametrize("reference", ["onset", pytest.param("largest", marks=pytest.mark.slow)])
 def test_the_part_keeps_its_contract(reference):
     ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0)
     joint = fm.RevoluteClearance(

@@ -8,7 +8,13 @@ import flexmb as fm
 
 
 @pytest.mark.parametrize(
-    "more", [{}, {"limit": 8.0, "ki": -10.0}, {"limit": 8.0, "sample": 0.01}], ids=["unlimited", "limited", "sampled"]
+    "more",
+    [
+        pytest.param({}, marks=pytest.mark.slow),
+        {"limit": 8.0, "ki": -10.0},
+        pytest.param({"limit": 8.0, "sample": 0.01}, marks=pytest.mark.slow),
+    ],
+    ids=["unlimited", "limited", "sampled"],
 )
 def test_a_pid_of_the_wrong_sign_ends_the_run_with_its_name(more):
     """It ran 2,000,000 steps without a word; now a hundred turns at most, whatever the time asked for."""

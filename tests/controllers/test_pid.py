@@ -12,6 +12,7 @@ TIGHT = {
     "radau": {"method": fm.RadauIIA(), "step": fm.Adaptive(rtol=1e-9)},
     "runge-kutta": {"method": fm.RungeKutta4(), "step": fm.FixedStep(1e-4)},
 }
+ONE_FAST = [TIGHT["newmark"], *(pytest.param(TIGHT[n], marks=pytest.mark.slow) for n in ("radau", "runge-kutta"))]
 
 
 def exact(rates, start, t_end, longest=np.inf):
@@ -21,7 +22,8 @@ def exact(rates, start, t_end, longest=np.inf):
 
 
 @pytest.mark.parametrize(
-    ("gains", "own"), [({"kd": 1.0}, ["filter"]), ({"ki": 9.0, "kd": 1.0}, ["integral", "filter"])]
+    ("gains", "own"),
+    [pytest.param({"kd": 1.0}, ["filter"], marks=pytest.mark.slow), ({"ki": 9.0, "kd": 1.0}, ["integral", "filter"])],
 )
 def test_its_signals_are_those_of_its_docstring(gains, own, tmp_path):
     """No integrals and rates of states, and no states that fill up a node; a file and a restart do without them."""
@@ -42,7 +44,8 @@ def gravity_torque(theta):
     return WEIGHT * ARM * np.cos(theta)
 
 
-@pytest.mark.parametrize("options", TIGHT.values(), ids=TIGHT)
+@pytest.mark.slow
+@pytest.mark.parametrize("options", ONE_FAST, ids=TIGHT)
 def test_a_pd_controller_moves_a_pendulum(options):
     servo = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, kd=1.5, rate="tip.omega")
 
@@ -55,7 +58,7 @@ def test_a_pd_controller_moves_a_pendulum(options):
     assert last(sol, "arm.theta", "arm.omega") == pytest.approx(exact(rates, [0.0, 0.0], 1.0), abs=1e-6)
 
 
-@pytest.mark.parametrize("options", TIGHT.values(), ids=TIGHT)
+@pytest.mark.parametrize("options", ONE_FAST, ids=TIGHT)
 def test_a_pid_controller_with_filter_limit_and_anti_windup(options):
     servo = fm.PID(
         "servo", "tip.theta", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0, filter_time=0.02,
@@ -108,6 +111,7 @@ def test_the_filter_starts_settled():
         assert float(sol["servo.filter"][0]) == pytest.approx(-0.3, rel=1e-9 if sample is None else 0.2)
 
 
+@pytest.mark.slow
 def test_a_moving_target_is_followed():
     """With the derivative of the error a moving target is met; each jump of the target is an instant of the run."""
     ramp = fm.drives.Harmonic(0.4, 3.0)
@@ -124,6 +128,7 @@ def test_a_moving_target_is_followed():
     assert last(sol, "arm.theta", "arm.omega") == pytest.approx(exact(rates, [0.0, 0.0], 1.0), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_target_that_jumps():
     jump = fm.drives.Pulse(0.5, start=0.31, end=2.0)
     servo = fm.PID("servo", "tip.theta", "actuator", target=jump, kp=40.0, kd=3.0, rate="tip.omega")

@@ -153,6 +153,7 @@ def test_a_restart_at_an_instant_does_not_repeat_it():
     assert last(second, "rotor.theta") == pytest.approx(last(whole, "rotor.theta"), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_checkpoints_hold_sampled_controllers(tmp_path):
     servo = fm.PID("servo", "rotor.omega", target=20.0, kp=0.3, ki=2.0, sample=0.02)
     model = rotor(servo, motor("servo.output"))

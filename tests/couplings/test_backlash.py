@@ -119,7 +119,7 @@ def test_play_grows_with_the_distance_of_the_axes(internal):
     assert slope == pytest.approx((-2.0 if internal else 2.0) * math.sin(ALPHA), rel=1e-6)
 
 
-@pytest.mark.parametrize("given", [{}, {"internal": True}])
+@pytest.mark.parametrize("given", [{}, pytest.param({"internal": True}, marks=pytest.mark.slow)])
 def test_contracts(given):
     check_part(train(pressure_angle=math.radians(30.0), **given), "mesh")
 

@@ -35,7 +35,7 @@ def final(sol, name):
     return float(sol[name].values[-1])
 
 
-@pytest.mark.parametrize("crossed", [False, True])
+@pytest.mark.parametrize("crossed", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_contracts(crossed):
     """Tangents, balance of forces and moments, energies, of wheels that both move."""
     one = fm.RigidBody("one", at=(0.1, -0.2), mass=0.4, inertia=2e-3)

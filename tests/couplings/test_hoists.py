@@ -168,8 +168,9 @@ def belted_drums():
 
 
 @pytest.mark.parametrize(("mech", "part"), [
-    (hoist(1.0), "rope"), (belted_drums(), "rope"), (bumped(at=(0.3, 0.4), along=(0.3, 1.0), above=0.01), "bump"),
-    (bumped(at=(0.1, 0.0), to=(0.3, 0.3), above=0.01, below=-0.02), "bump"),
+    pytest.param(hoist(1.0), "rope", marks=pytest.mark.slow), (belted_drums(), "rope"),
+    (bumped(at=(0.3, 0.4), along=(0.3, 1.0), above=0.01), "bump"),
+    pytest.param(bumped(at=(0.1, 0.0), to=(0.3, 0.3), above=0.01, below=-0.02), "bump", marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_contracts(mech, part):
     fm.testing.check_part(mech, part)

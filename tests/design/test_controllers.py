@@ -75,7 +75,13 @@ def test_brake_at_all_times_has_the_derivatives_of_its_decay():
 @pytest.mark.parametrize(
     ("model", "given", "of", "bound"),
     [
-        (arm, {"kp": 200.0, "ki": 100.0, "kd": 20.0, "target": 1.0, "mass": 1.0}, ["arm.theta", "servo.output"], 2e-5),
+        pytest.param(
+            arm,
+            {"kp": 200.0, "ki": 100.0, "kd": 20.0, "target": 1.0, "mass": 1.0},
+            ["arm.theta", "servo.output"],
+            2e-5,
+            marks=pytest.mark.slow,
+        ),
         (
             partial(arm, sample=0.005),
             {"kp": 200.0, "ki": 100.0, "kd": 10.0, "target": 1.0, "mass": 1.0},

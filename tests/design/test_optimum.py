@@ -35,7 +35,8 @@ def test_least_value_at_a_limit():
     assert "Converged" in repr(found)
 
 
-@pytest.mark.parametrize("force", [1e-6, 1e6])
+@pytest.mark.slow
+@pytest.mark.parametrize("force", [1e-6, pytest.param(1e6, marks=pytest.mark.slow)])
 def test_limits_hold_whatever_their_units(force):
     """x = F t^2/(2 m), v = F t/m: the heaviest mass with v(1 s) >= .8 F has 1.25 kg, and x = .4 F."""
     found = fm.design.optimise(
@@ -91,6 +92,7 @@ def jammed(coupler: float) -> fm.Mechanism:
     return four_bar(0.1, coupler, 12.0)
 
 
+@pytest.mark.slow
 def test_designs_that_cannot_be_assembled_do_not_end_the_search():
     """A coupler that does not reach the rocker: these designs are kept with their status."""
     found = fm.design.optimise(
@@ -108,6 +110,7 @@ def test_designs_that_cannot_be_assembled_do_not_end_the_search():
     assert np.isfinite(found.objective)
 
 
+@pytest.mark.slow
 def test_store_of_designs_is_continued(tmp_path):
     store = tmp_path / "designs.json"
     how = {"objective": at_end("body.x"), "subject_to": [at_end("body.vx") >= 0.8], "t_end": 1.0, "store": store}
@@ -180,6 +183,7 @@ def test_failure_of_the_first_design_is_an_error():
 # Spread
 
 
+@pytest.mark.slow
 def test_spread_of_a_product():
     """x = F / (2 m), F and m uniform: mean, deviation and Sobol's indices by integrals."""
     laws = {"mass": Uniform(0.5, 1.5), "force": Uniform(0.5, 1.5)}

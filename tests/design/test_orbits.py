@@ -133,6 +133,7 @@ def test_period_of_van_der_pol_for_small_damping():
     assert float(largest) == pytest.approx(mu / 48.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_strong_van_der_pol_agrees_with_differences_of_orbits():
     def numbers(mu):
         orbit = periodic_orbit(van_der_pol(mu), period=found.orbit.period, guess=found.orbit.state, autonomous=True)
@@ -263,6 +264,7 @@ def worn(clearance=CLEARANCE):
     return fm.Mechanism("worn", parts)
 
 
+@pytest.mark.slow
 def test_worn_mechanism_agrees_with_differences_of_orbits():
     """Steps carry the derivatives, (I - M)^-1 dP/dp; the orbits beside are found one by one."""
     T = TURN / W

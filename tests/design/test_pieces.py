@@ -60,6 +60,7 @@ def test_pieces_share_parameters_and_have_starts_of_their_own(record):
     assert found.errors["inertia"] < 1e-5
 
 
+@pytest.mark.slow
 def test_a_chaotic_record_is_fitted_in_pieces():
     """A double pendulum over 3 s; within 6 s a small difference grows by more than 1/rtol."""
     begun = {"angle1": 1.5, "angle2": 1.0, "rate1": 0.0, "rate2": 0.0, "inertia": 0.012, "mass": 0.8}

@@ -67,6 +67,7 @@ def test_a_fit_tells_correlated_residuals(correlated):
     assert "corrected" in repr(correlated)
 
 
+@pytest.mark.slow
 def test_white_residuals_are_not_told():
     t = np.linspace(0.0, 1.0, 101)
     noise = 2e-3 * np.random.default_rng(5).standard_normal(len(t))
@@ -103,6 +104,7 @@ def shared(swings):
     return fm.design.fit(pendulum, BOUNDS, swings, offset=[["bar.x", "bar.y"]], noise=noise, **PIECES)
 
 
+@pytest.mark.slow
 def test_signals_share_an_offset_in_all_pieces(shared):
     assert shared.ok
     assert shared.offsets["bar.x"] == shared.offsets["bar.y"] == pytest.approx(SHIFT, abs=3e-5)
@@ -166,6 +168,7 @@ def test_picture_of_residuals(shared, swings):
     assert [line.get_xdata()[0] for line in above.get_lines()[2:]] == [1.01, 2.02]
 
 
+@pytest.mark.slow
 def test_as_many_numbers_as_unknowns_leave_no_scatter(tmp_path):
     data = record(np.array([0.0, 0.1]), np.array([np.nan, moved(np.array(0.1), 90.0, 0.7, 0.1)]))
     found = fm.design.fit(lambda rate: oscillator(rate, 0.7), {"rate": (60.0, 120.0)}, data, signals=["body.x"])

@@ -68,7 +68,12 @@ def test_equal_frequencies_split():
     ("model", "given", "of"),
     [
         (springy, {"rate": 3.0, "mass": 2.0, "length": 0.5, "gravity": 9.81}, ["bar.theta", "bar.y", "O.force"]),
-        (on_table, {"mass": 2.0, "stiffness": 1e8, "gravity": 9.81}, ["body.y", "table.normal_force"]),
+        pytest.param(
+            on_table,
+            {"mass": 2.0, "stiffness": 1e8, "gravity": 9.81},
+            ["body.y", "table.normal_force"],
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["large turn", "contact"],
 )

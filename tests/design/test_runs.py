@@ -37,12 +37,17 @@ def errors(case: Case, part: float) -> list[float]:
     return worst
 
 
-@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("plate", "pendulum") else n for n in SMOOTH]
+)
 def test_smooth_motions_agree_with_differences(name):
     assert max(errors(SMOOTH[name], 1e-3)) < 3e-5
 
 
-@pytest.mark.parametrize("name", WITH_IMPACTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in ("worn, friction", "worn, flexible") else n for n in WITH_IMPACTS],
+)
 def test_motions_through_impacts_agree_with_differences(name):
     # differences see the error of the steps over the difference of the parameter
     assert max(errors(WITH_IMPACTS[name], 3e-4)) < 5e-4

@@ -114,7 +114,12 @@ def shaken(w: float, kind: str) -> fm.Mechanism:
 
 @pytest.mark.parametrize(
     ("kind", "w", "end"),
-    [("harmonic", 300.0, 40.0), ("own", 300.0, 40.0), ("law", 300.0, 40.0), ("harmonic", 5000.0, 20.0)],
+    [
+        ("harmonic", 300.0, 40.0),
+        ("own", 300.0, 40.0),
+        ("law", 300.0, 40.0),
+        pytest.param("harmonic", 5000.0, 20.0, marks=pytest.mark.slow),
+    ],
 )
 def test_frequency_of_a_load_after_many_cycles(kind, w, end):
     found = derivative(lambda w: shaken(w, kind), {"w": w}, "body.ax", end)
@@ -128,16 +133,17 @@ def test_frequency_of_a_drive_after_many_cycles():
         drive = fm.Drive("drive", joint="guide", motion=fm.drives.Harmonic(0.01, frequency=f))
         return fm.Mechanism("driven", [body, guide, drive], gravity=(0.0, 0.0))
 
-    f, end, turn = 50.0, 10.003, 2.0 * math.pi
+    f, end, turn = 50.0, 4.003, 2.0 * math.pi
     phase = turn * f * end
     speed = 0.01 * turn * (math.cos(phase) - phase * math.sin(phase))  # of 0.01 turn f cos(turn f t), by f
-    assert derivative(driven, {"f": f}, "body.x", end) == pytest.approx(0.01 * turn * end * math.cos(phase), rel=1e-6)
-    assert derivative(driven, {"f": f}, "body.vx", end) == pytest.approx(speed, rel=1e-6)
+    found = sensitivity(driven, {"f": f}, of=[at_end("body.x"), at_end("body.vx")], t_end=end, save=2)
+    expected = [0.01 * turn * end * math.cos(phase), speed]
+    assert found.measures.derivative.values.ravel() == pytest.approx(expected, rel=1e-6)
 
 
 def test_frequency_of_a_sampled_law_after_many_cycles():
-    w, end = 3000.0, 4.0
-    held = 0.01 * np.arange(400)
+    w, end = 3000.0, 2.0
+    held = 0.01 * np.arange(200)
     found = derivative(lambda w: shaken(w, "sampled"), {"w": w}, "body.vx", end)
     assert found == pytest.approx(0.01 * float((held * np.cos(w * held)).sum()), rel=1e-5)
 
@@ -231,6 +237,7 @@ def small_machine(mean: float = 0.0) -> fm.Mechanism:
     return fm.Mechanism("small machine", [slider, mass, *parts], gravity=(0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_orbit_of_a_small_machine_by_a_length_of_nothing():
     def orbit(mean: float) -> Any:
         flow = MechanismFlow(small_machine(mean), step=fm.Adaptive(rtol=1e-8), period=math.pi / 50.0)

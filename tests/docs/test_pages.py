@@ -119,7 +119,11 @@ def folder(tmp_path, monkeypatch):
     plt.close("all")
 
 
-@pytest.mark.parametrize("page", pages_with_code(), ids=named)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(n, marks=pytest.mark.slow) if n.name == "design.md" else n for n in pages_with_code()],
+    ids=named,
+)
 def test_code_of_a_page(page, folder):
     run_page(page, folder, slow=False)
 

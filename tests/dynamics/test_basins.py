@@ -46,7 +46,7 @@ def test_newtons_method_comes_to_the_three_roots(roots):
 def test_two_wells_share_the_plane_by_symmetry():
     # x'' + 0.5 x' - x + x^3 = 0: (x, v) -> (-x, -v) exchanges the wells
     flow = flows["duffing"](d=0.5, beta=1.0, F=0.0, W=1.0, k=-1.0)
-    values = np.linspace(-1.5, 1.5, 8)
+    values = np.linspace(-1.5, 1.5, 6)
     found = basin(flow, ("x", values), ("v", values), period=2.0, tolerance=1e-3)
     assert found.periods == (1, 1)
     np.testing.assert_allclose(sorted(a[-1][0] for a in found.attractors), [-1.0, 1.0], atol=1e-3)
@@ -102,7 +102,7 @@ def test_creeping_motions_are_undecided():
     assert "4 are undecided" in found.status
 
 
-@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+@pytest.mark.parametrize("pool", [pytest.param(ThreadPoolExecutor, marks=pytest.mark.slow), ProcessPoolExecutor])
 def test_workers_change_nothing(roots, pool):
     if pool is ProcessPoolExecutor:
         system = Map(np.cos, [0.3, 0.4])  # it can be pickled

@@ -225,7 +225,7 @@ def test_a_short_passage_behind_the_wall_is_not_stepped_over():
     ("make", "said"),
     [
         (lambda: fm.chaos.ODE(bursting, [1.0]), "t = 1 s"),
-        (lambda: fm.chaos.ODE(rooted, [0.0]), "a rate is not finite"),
+        pytest.param(lambda: fm.chaos.ODE(rooted, [0.0]), "a rate is not finite", marks=pytest.mark.slow),
         (lambda: falling(1.0, 0.5), "Impacts pile up at t = 1.35"),
         (lambda: falling(1.0, jump=broken), "gives a state that is not finite"),
     ],
@@ -294,6 +294,7 @@ def test_functions_that_return_whole_numbers_beside_floats_are_for_python():
     assert ode.state() == pytest.approx([1.0, math.exp(-1.0)], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_exponents_use_the_same_functions():
     found = fm.lyapunov(fm.chaos.StroboscopicMap(stopped(0.5)), skip=20, periods=60, confirm=False)
     assert found.ok, found.status

@@ -60,7 +60,7 @@ HELD = {
 MECHANISMS = {name for name in KINDS if "mechanism" in name}
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(params=[pytest.param(n, marks=pytest.mark.slow) if n == "section of a mechanism" else n for n in KINDS])
 def name(request):
     return request.param
 

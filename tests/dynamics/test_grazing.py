@@ -125,6 +125,7 @@ def test_a_branch_passes_grazing_and_turns_in_the_fold_behind_it(touching):
     assert np.isnan(table["grazing.gap"].values[-1])  # no turning point besides the impact
 
 
+@pytest.mark.slow
 def test_the_same_way_back():
     one = Closed.at(0.15)
     flow = oscillator(0.15)
@@ -146,6 +147,7 @@ def test_the_same_way_back():
         assert again.multipliers == pytest.approx(point.multipliers, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_doubled_orbit_of_a_branch_that_passes_grazing():
     # at w = .35 two impacts a period; the flip lies before the grazing at which one of them is lost
     orbit = fm.chaos.periodic_orbit(oscillator(1.03, w=0.35, rtol=1e-7), settle=60)
@@ -166,6 +168,7 @@ def test_grazing_curve_over_amplitude_and_frequency(touching):
     np.testing.assert_allclose(curve["period"].values, TURN / w, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_fast_oscillator_whose_period_is_told_to_the_orbit_alone():
     # a kilohertz: speeds are a thousand times the displacements
     s = 1e-3
@@ -186,6 +189,7 @@ def test_a_fast_oscillator_whose_period_is_told_to_the_orbit_alone():
     assert last.value == pytest.approx(Closed(float(last.impact_speeds[0]) * s).A, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_wall_moves_beyond_the_position_of_rest_where_the_flow_starts():
     ode = fm.chaos.ODE(
         lambda t, x, wall: [x[1], 0.4 * math.cos(2.0 * t) - C * x[1] - x[0]],
@@ -219,6 +223,7 @@ def test_a_rebound_into_the_wall_ends_with_a_status():
     assert "Start in flight" in system.status
 
 
+@pytest.mark.slow
 def test_flip_curve_of_a_bouncing_ball():
     # once a period: the table rises with (1 - e)/(1 + e) g T/2 at the impact; the orbit flips where the derivative
     # of the table's speed is 2 g (1 + e^2)/(1 + e)^2 (P. J. Holmes, J. Sound Vib. 84 (1982) 173-189)
@@ -253,6 +258,7 @@ def test_flip_curve_of_a_bouncing_ball():
     np.testing.assert_allclose(curve["a"].values, [exact(x) for x in curve["g"].values], atol=1e-7)
 
 
+@pytest.mark.slow
 def test_grazing_curve_of_a_soft_stop():
     # the free amplitude is the gap where the orbit touches
     def f(t, x, wall, w):
@@ -307,6 +313,7 @@ def test_an_unknown_gap_is_refused(touching):
         fm.chaos.follow(touching.orbit(0), "A", (None, 0.09), grazing="distance")
 
 
+@pytest.mark.slow
 def test_a_free_oscillation_that_meets_a_wall_says_why_its_branch_ends():
     ode = fm.chaos.ODE(
         lambda t, x, wall: [x[1], 0.5 * (1.0 - x[0] ** 2) * x[1] - x[0]], [2.0, 0.0], parameters={"wall": 2.01}

@@ -162,6 +162,7 @@ def test_an_orbit_found_twice_says_so():
     assert "after 1 of the 2 periods" in orbit.status
 
 
+@pytest.mark.slow
 def test_whole_turns_of_an_angle():
     # a damped pendulum that goes round with its drive
     flow = flows["pendulum"](1.5, 4.0)
@@ -291,6 +292,7 @@ def test_the_system_stays_as_it_is():
     assert system.time == 0.0
 
 
+@pytest.mark.slow
 def test_orbits_of_sections_have_the_multipliers_of_the_flow():
     # van der Pol: the multiplier is exp of the integral of the divergence mu (1 - x^2) over a period
     def rates(t, x, mu):

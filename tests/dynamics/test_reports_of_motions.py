@@ -41,6 +41,7 @@ def test_a_cycle_of_a_differential_equation(found):
     assert signal.dimension is None
 
 
+@pytest.mark.slow
 def test_a_report_shows_itself_and_advises_in_words_of_python(found):
     lines = repr(found).splitlines()
     assert lines[0] == f"{found.exponents.name}: periodic-1"

@@ -46,7 +46,11 @@ def test_two_crossings_within_a_step_are_seen():
     assert np.abs(found.time.values - expected).max() < 1e-6
 
 
-@pytest.mark.parametrize("make", [systems.lorenz, lambda: mechanisms.swinging(1e-4)], ids=["ode", "mechanism"])
+@pytest.mark.parametrize(
+    "make",
+    [systems.lorenz, pytest.param(lambda: mechanisms.swinging(1e-4), marks=pytest.mark.slow)],
+    ids=["ode", "mechanism"],
+)
 def test_points_do_not_depend_on_how_far_one_looks_ahead(make):
     found = []
     for limit in (30.0, 3000.0):
@@ -57,6 +61,7 @@ def test_points_do_not_depend_on_how_far_one_looks_ahead(make):
     assert all(np.array_equal(found[0][name], found[1][name]) for name in flow.names)
 
 
+@pytest.mark.slow
 def test_a_pendulum_stands_still_every_period():
     """T = 4 sqrt(2 L / 3 g) K(1/2), at 90 degrees; omega crosses 0 upwards at T/2, 3 T/2 ..."""
     flow = mechanisms.swinging()

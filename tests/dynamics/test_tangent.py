@@ -126,7 +126,9 @@ def at_stage(flow, stage, h):
         flow.advance(h)
 
 
-@pytest.mark.parametrize("friction", [models["LOSS"], LUGRE], ids=["smooth", "LuGre"])
+@pytest.mark.parametrize(
+    "friction", [models["LOSS"], pytest.param(LUGRE, marks=pytest.mark.slow)], ids=["smooth", "LuGre"]
+)
 @pytest.mark.parametrize("stage", ["flight", "onset", "contact", "release"])
 def test_one_step_of_a_contact(stage, friction, monkeypatch):
     tight(monkeypatch)

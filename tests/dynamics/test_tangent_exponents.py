@@ -115,7 +115,11 @@ def test_exponents_of_van_der_pol():
 
 @pytest.mark.parametrize(
     "method",
-    [fm.Newmark.trapezoidal(), fm.Newmark.generalised_alpha(0.9), fm.Newmark.trapezoidal("velocity")],
+    [
+        pytest.param(fm.Newmark.trapezoidal(), marks=pytest.mark.slow),
+        fm.Newmark.generalised_alpha(0.9),
+        fm.Newmark.trapezoidal("velocity"),
+    ],
     ids=["trapezoidal", "generalised-alpha", "velocities held"],
 )
 def test_exponents_of_a_conservative_double_pendulum_come_in_pairs(method):

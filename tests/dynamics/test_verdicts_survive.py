@@ -69,6 +69,7 @@ def test_chaos_is_above_zero_soon():
     assert error_of(logs, times()) < 0.3 * logs.mean()
 
 
+@pytest.mark.slow
 def test_errors_of_limit_cycles_stay_small():
     """Directions settle exponentially there, so an exponent over a record T is known far better than 1/T."""
     found = fm.lyapunov(systems.oscillator(3.0, 2.0), skip=5, periods=50, count=2)
@@ -78,7 +79,7 @@ def test_errors_of_limit_cycles_stay_small():
 
 def test_a_shear_has_no_exponent():
     shear = fm.chaos.Map(lambda x: [x[0] + x[1], x[1]], [0.1, 0.2], jacobian=lambda x: [[1.0, 1.0], [0.0, 1.0]])
-    for periods in (100, 1000, 5000):
+    for periods in (100, 2000):
         found = fm.lyapunov(shear, periods=periods)
         assert 0.0 < found.value <= found.error
 
@@ -98,7 +99,7 @@ def test_an_exponent_that_its_own_motion_contradicts():
 # Conservative systems.
 
 
-@pytest.mark.parametrize("start", [(math.pi + 0.5, 0.0), (math.pi - 1.2, 0.1)])
+@pytest.mark.parametrize("start", [(math.pi + 0.5, 0.0), pytest.param((math.pi - 1.2, 0.1), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("periods", [200, 1000])
 def test_islands_of_the_standard_map_are_closed_curves(start, periods):
     system = wrapped_standard(0.8)
@@ -127,7 +128,9 @@ def test_the_sea_of_the_standard_map_is_chaotic():
     assert str(found.verdict) == "chaotic", found.verdict.reason
 
 
-@pytest.mark.parametrize("energy", [1.0 / 24.0, 0.125])
+@pytest.mark.parametrize(
+    "energy", [pytest.param(1.0 / 24.0, marks=pytest.mark.slow), pytest.param(0.125, marks=pytest.mark.slow)]
+)
 def test_henon_and_heiles(energy):
     """Below 1/12 nearly all of it is tori; at 1/8 there is a sea.  One that is not decided says why."""
     section = fm.chaos.SectionMap(systems.henon_heiles(energy), "x")
@@ -142,6 +145,7 @@ def test_henon_and_heiles(energy):
         assert "conservative" in found.verdict.reason
 
 
+@pytest.mark.slow
 def test_the_accumulation_of_doublings():
     r = 3.569945672
     logistic = fm.chaos.Map(lambda x: r * x * (1.0 - x), [0.3123], jacobian=lambda x: r * (1.0 - 2.0 * x)[None])
@@ -208,6 +212,7 @@ def test_an_error_covers_what_finer_steps_change():
     assert f"{found.confirmed.value:.4g}" in str(found)
 
 
+@pytest.mark.slow
 def test_a_second_run_of_the_same_system_changes_little():
     """Its own fluctuations are no error of the first one."""
     kept = []
@@ -239,7 +244,7 @@ def test_a_second_start_that_escapes_is_tried_nearer():
         return 4.0 * x * (1.0 - x) if abs(x[0]) < 1e100 else [np.nan]
 
     logistic = fm.chaos.Map(step, [0.3], jacobian=lambda x: 4.0 * (1.0 - 2.0 * x)[None])
-    for start in np.linspace(0.05, 0.95, 19):
+    for start in np.linspace(0.05, 0.95, 7):
         logistic.reset(np.array([start + 1e-3]))
         found = fm.lyapunov(logistic, skip=10, periods=300)
         assert found.confirmed is not None, found.status
@@ -261,6 +266,7 @@ def test_a_second_run_that_fails_is_told():
     assert "second run" in found.verdict.reason
 
 
+@pytest.mark.slow
 def test_per_period_scales_all_errors():
     found = fm.lyapunov(systems.pendulum(rtol=1e-6), skip=5, periods=60)
     scaled = found.per_period()
@@ -339,6 +345,7 @@ def test_another_start_of_a_mechanism_keeps_its_pose():
     assert np.sqrt(weights @ moved**2) == pytest.approx(1e-3 * np.sqrt(weights @ speed**2))
 
 
+@pytest.mark.slow
 def test_a_contact_that_never_opened_is_told():
     """Where the law keeps the approach speed of the last onset; not where nothing depends on it."""
     worn = hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9))
@@ -352,6 +359,7 @@ def test_a_contact_that_never_opened_is_told():
     assert str(found.verdict) == "periodic-1", found.verdict.reason
 
 
+@pytest.mark.slow
 def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
     """What it keeps of its last onset is then another one, from the mechanism's own start on."""
     begins, tangent_exponents = [], second_run.tangent_exponents
@@ -370,6 +378,7 @@ def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
     assert begins[3][1:] == (5, 20)
 
 
+@pytest.mark.slow
 def test_a_contact_that_opens_is_not_told():
     found = fm.lyapunov(fm.mechanisms.slider_crank(clearance=5e-4), skip=3, periods=50, confirm=False)
     assert found.ok, found.status

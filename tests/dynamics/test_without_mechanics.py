@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 MECHANICS = "elastic engine findings mechanisms model parts program results run show statics".split()
 """Rooms of the package that flows and maps do without."""
 
@@ -70,6 +72,7 @@ def said_without_mechanics(code: str, of_engine: tuple[str, ...] = ()) -> str:
     return run.stdout.strip()
 
 
+@pytest.mark.slow
 def test_exponents_sections_orbits_basins_verdicts_and_series():
     assert said_without_mechanics(TOOLS) == SAID.strip()
 

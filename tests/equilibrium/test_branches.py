@@ -21,8 +21,10 @@ def pressed(force: float, torque: float) -> fm.Mechanism:
     return fm.Mechanism("pressed", [rod, fm.Revolute("O", fm.GROUND, rod, at=(0.0, 0.0)), spring, *loads])
 
 
-@pytest.mark.parametrize("torque", [0.01, -2.0, 5.0])
-@pytest.mark.parametrize("force", [30.0, 55.0, 80.0, 150.0])
+@pytest.mark.parametrize("torque", [0.01, -2.0, pytest.param(5.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "force", [30.0, pytest.param(55.0, marks=pytest.mark.slow), 80.0, pytest.param(150.0, marks=pytest.mark.slow)]
+)
 def test_a_pressed_rod_falls_to_the_side_of_its_torque(force, torque):
     """k theta = F sin theta + T: the branch that begins at rest without loads ends on the side of T."""
     side = math.copysign(1.0, torque)
@@ -38,7 +40,7 @@ def test_a_pressed_rod_without_torque_stays_upright():
     assert found.stable is False
 
 
-@pytest.mark.parametrize("lean", [1e-3, -1e-3, 0.3])
+@pytest.mark.parametrize("lean", [pytest.param(1e-3, marks=pytest.mark.slow), -1e-3, 0.3])
 def test_a_leaning_pendulum_on_a_soft_spring_falls_to_its_side(lean):
     head = (math.sin(lean), math.cos(lean))
     rod = fm.RigidLink("rod", (0.0, 0.0), head, mass=1.0, inertia=0.1)
@@ -66,7 +68,16 @@ def sag(load: float, across: float) -> float:
     return float(shot(brentq(lambda slope: shot(slope)[1], slopes[k + 1], slopes[k], xtol=1e-10))[2])
 
 
-@pytest.mark.parametrize(("factor", "across"), [(0.8, 1.0), (1.2, 1.0), (1.5, 0.01), (2.0, 1.0), (3.0, 1.0)])
+@pytest.mark.parametrize(
+    ("factor", "across"),
+    [
+        (0.8, 1.0),
+        (1.2, 1.0),
+        pytest.param(1.5, 0.01, marks=pytest.mark.slow),
+        (2.0, 1.0),
+        pytest.param(3.0, 1.0, marks=pytest.mark.slow),
+    ],
+)
 def test_a_column_bends_to_the_side_of_a_small_load(factor, across):
     euler = math.pi**2 / 4.0 * MODULUS * WIDTH * HEIGHT**3 / 12.0
     section = fm.Rectangle(WIDTH, HEIGHT)

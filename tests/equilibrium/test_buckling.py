@@ -205,6 +205,7 @@ def fork(force, *, reduced=False):
     return fm.Mechanism("fork", [body, foot, fm.Force("F", body, (-0.03, 0.15), force)])
 
 
+@pytest.mark.slow
 def test_a_fork_and_a_reduced_one_buckle_alike():
     """Stiffness that owes itself to turning once gave 17.8 with all nodes and 21.4 reduced under the force along the
     prong, 0.72 and 2.05 under one across it, which the fork bears without buckling.

@@ -129,6 +129,7 @@ def test_loads_that_bend_much_take_shorter_steps():
     assert (found["rod.end.x"], found["rod.end.y"]) == pytest.approx((0.0, 2.0 / math.pi), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_body_that_nothing_holds_is_named():
     """Without any stiffness the answer was: use more load steps."""
     body = fm.RigidBody("body", (0.0, 0.0), mass=1.0, inertia=1.0)

@@ -139,7 +139,27 @@ MODELS = {
 }
 
 
-@pytest.mark.parametrize("case", MODELS)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(n, marks=pytest.mark.slow)
+        if n
+        in (
+            "journal with friction",
+            "guide",
+            "slot with friction",
+            "flat follower with friction",
+            "roller with friction",
+            "bushing",
+            "wall",
+            "ring",
+            "damped stop",
+            "spring as a stop",
+        )
+        else n
+        for n in MODELS
+    ],
+)
 def test_forces_are_those_of_a_run(case):
     """The same motion, mean of 0.2 to 0.3 s: torque of the drive, forces of the pins at its ends.
 

@@ -150,7 +150,10 @@ def test_spin_is_a_number(spin):
         fm.static_equilibrium(hub(), spin=spin)
 
 
-@pytest.mark.parametrize("law", [fm.contact.Hertz(stiffness=1e4), fm.HuntCrossley(1e4, restitution=0.9)])
+@pytest.mark.parametrize(
+    "law",
+    [fm.contact.Hertz(stiffness=1e4), pytest.param(fm.HuntCrossley(1e4, restitution=0.9), marks=pytest.mark.slow)],
+)
 def test_link_is_pressed_on_its_stop_by_its_own_rotation(law):
     """A hinged link on a hub: moment of m W^2 r about the hinge against k x^1.5 of the stop, whatever its damping."""
     disc = fm.RigidBody("hub", at=(0.0, 0.0), mass=1.0, inertia=0.01)

@@ -30,8 +30,8 @@ def pendulum(begin, plate):
 
 
 @pytest.mark.parametrize("half", [0.02, 1e-4])
-@pytest.mark.parametrize("begin", [1.0, 0.0])
-@pytest.mark.parametrize("angle", [-0.4, -1.3])
+@pytest.mark.parametrize("begin", [1.0, pytest.param(0.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("angle", [-0.4, pytest.param(-1.3, marks=pytest.mark.slow)])
 def test_a_pendulum_falls_onto_a_plate(half, begin, angle):
     """It lies above the plate, m g x/k deep: k times the depth balances the weight across the rod."""
     middle = np.array([math.cos(angle), math.sin(angle)])
@@ -50,7 +50,7 @@ def test_a_pendulum_passes_a_plate_beside_its_way():
 
 
 @pytest.mark.parametrize("outline", [True, False])
-@pytest.mark.parametrize("size", [0.01, 1e-4])
+@pytest.mark.parametrize("size", [pytest.param(0.01, marks=pytest.mark.slow), 1e-4])
 def test_a_bar_falls_onto_a_stop(outline, size):
     """The bar, 10 mm thick, lies above a round or square stop."""
     bar = fm.RigidBody("bar", (0.5, 0.0), mass=1.0, inertia=0.1)

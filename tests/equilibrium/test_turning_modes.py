@@ -63,7 +63,7 @@ def cantilever(elements, **damping):
     return fm.Mechanism("blade", [beam, fm.Fixed("hub", fm.GROUND, beam, at=(0.1, 0.0))])
 
 
-@pytest.mark.parametrize("elements", [4, 64])
+@pytest.mark.parametrize("elements", [4, pytest.param(64, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("speed", [3.0, 100.0])
 def test_blade_with_damping_of_its_material(elements, speed):
     """Frequencies without `damped` are those of a blade without damping."""

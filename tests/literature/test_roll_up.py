@@ -73,7 +73,7 @@ def two_turns():
 
 
 @PROBLEM.convergence(
-    "roll_up", "Roll-up: largest distance of a node from the circle.", "element length / L", "distance / L"
+    "roll_up", "Roll-up: largest distance of a node from the circle.", "element length / L", "distance / L", slow=True
 )
 def elements():
     counts = (8, 16, 32, 64)

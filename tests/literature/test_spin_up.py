@@ -141,7 +141,7 @@ def reduced_mesh():
     return least_of(fm.Reduced(mesh_beam(24), modes=3), "right", 1e-3)
 
 
-@PROBLEM.case("Simo and Vu-Quoc, 24 quad9 reduced to 3 modes and shapes of inertia, steps of 0.5 ms")
+@PROBLEM.case("Simo and Vu-Quoc, 24 quad9 reduced to 3 modes and shapes of inertia, steps of 0.5 ms", slow=True)
 def reduced_mesh_with_inertia():
     return least_of(fm.Reduced(mesh_beam(24), modes=3, inertia_shapes=True), "right", 1e-3, 0.2 * STEP)
 

@@ -82,7 +82,7 @@ def digits():
             yield Value(f"{ends}, h = {height:g} m: f{k} [Hz]", reference, root, 1e-9)
 
 
-@PROBLEM.case("2048 elements")
+@PROBLEM.case("2048 elements", slow=True)
 def refined():
     for ends, height in cases():
         found = computed(ends, height, ELEMENTS)

@@ -108,6 +108,7 @@ def test_fields_take_numbers_and_refuse_others(tab_of, crank_page):
     assert values(tab)["clearance"] == 1e-4
 
 
+@pytest.mark.slow
 def test_fields_have_handy_units_and_take_others(tab_of, crank_page):
     crank_page.set(speed=300.0, clearance=1e-4)
     tab = tab_of(crank_page)
@@ -153,6 +154,7 @@ def test_fields_have_handy_units_and_take_others(tab_of, crank_page):
     tab.get_by_text("periods: 'two' is no number").wait_for()
 
 
+@pytest.mark.slow
 def test_what_is_typed_stays_while_runs_go_on(tab_of, crank_page):
     crank_page.set(speed=300.0, clearance=1e-4)
     tab = tab_of(crank_page)
@@ -168,6 +170,7 @@ def test_what_is_typed_stays_while_runs_go_on(tab_of, crank_page):
     assert tab.locator("#knob-speed").input_value() == "123.5"
 
 
+@pytest.mark.slow
 def test_a_page_follows_its_script(tab_of, crank_page):
     tab = tab_of(crank_page)
     crank_page.set(speed=333.0)
@@ -211,6 +214,7 @@ def spectrum(tab, times, values):
     return np.array(found[0]), 10.0 ** np.array(found[1]), found[2]
 
 
+@pytest.mark.slow
 def test_the_spectrum_has_its_line_at_the_frequency_of_a_sine(tab_of, crank_page):
     """Up to the frequency of Nyquist, for any number of samples; 300 Hz at 1 kHz were 212 Hz of 1.47 m."""
     tab = tab_of(crank_page)
@@ -225,7 +229,16 @@ def test_the_spectrum_has_its_line_at_the_frequency_of_a_sine(tab_of, crank_page
         assert math.sqrt(2.0 * power.power[0]) == pytest.approx(amplitudes[k], rel=1e-3)
 
 
-@pytest.mark.parametrize("count", [5, 64, 738, 1001, 4097])
+@pytest.mark.parametrize(
+    "count",
+    [
+        pytest.param(5, marks=pytest.mark.slow),
+        64,
+        pytest.param(738, marks=pytest.mark.slow),
+        pytest.param(1001, marks=pytest.mark.slow),
+        pytest.param(4097, marks=pytest.mark.slow),
+    ],
+)
 def test_the_spectrum_is_that_of_the_samples(tab_of, crank_page, count):
     """Hann's window and the discrete Fourier transform of numpy, also where the last instant lies off the grid."""
     tab, values = tab_of(crank_page), np.random.default_rng(count).normal(size=count)
@@ -239,6 +252,7 @@ def test_the_spectrum_is_that_of_the_samples(tab_of, crank_page, count):
         assert not told
 
 
+@pytest.mark.slow
 def test_the_spectrum_of_odd_instants_says_so(tab_of, crank_page):
     tab, times = tab_of(crank_page), np.linspace(0.0, 1.0, 801) ** 1.2
     f, amplitudes, told = spectrum(tab, times, 2.0 * np.sin(2.0 * math.pi * 20.0 * times))
@@ -263,6 +277,7 @@ def test_the_link_holds_all_settings_and_no_token(tab_of, crank_page):
     until(tab, "window.flexmbLive && flexmbLive.run")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fragment", ["#speed=1e9&clearance=0.0002", "#speed=fast"])
 def test_a_link_with_values_that_are_refused_says_so(tab_of, crank_page, fragment):
     crank_page.set(speed=300.0, clearance=1e-4)
@@ -277,6 +292,7 @@ def test_a_link_with_values_that_are_refused_says_so(tab_of, crank_page, fragmen
     assert tab.locator("#fault").is_hidden()
 
 
+@pytest.mark.slow
 def test_a_film_that_is_drawn_is_told_at_once(tab_of, crank_page):
     tab = tab_of(crank_page)
     with tab.expect_download(timeout=120_000) as film:
@@ -285,6 +301,7 @@ def test_a_film_that_is_drawn_is_told_at_once(tab_of, crank_page):
     assert film.value.suggested_filename.startswith("slider-crank.")
 
 
+@pytest.mark.slow
 def test_a_fourth_pin_tells_that_the_first_one_is_gone(tab_of, crank_page):
     tab = tab_of(crank_page)
     for count in range(1, 5):
@@ -334,6 +351,7 @@ def test_a_failing_model_is_told_as_text(tab_of):
         tab.context.close()
 
 
+@pytest.mark.slow
 def test_a_diagram_paints_and_a_click_opens_its_run(tab_of, crank_page):
     crank_page.set(speed=300.0, clearance=1e-4)
     tab = tab_of(crank_page, height=2400)
@@ -358,6 +376,7 @@ def test_a_diagram_paints_and_a_click_opens_its_run(tab_of, crank_page):
     until(tab, "flexmbLive.run.values.speed === 250")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("width", "height", "theme"),
     [
@@ -380,6 +399,7 @@ def test_nothing_is_cut_or_covered(tab_of, layout_faults, width, height, theme):
         tab.context.close()
 
 
+@pytest.mark.slow
 def test_keys_alone_reach_everything(tab_of, crank_page):
     tab = tab_of(crank_page)
     reached = set()
@@ -391,6 +411,7 @@ def test_keys_alone_reach_everything(tab_of, crank_page):
     assert {"copy-code", "copy-link", "save-report", "save-netcdf", "add-panel"} <= reached
 
 
+@pytest.mark.slow
 def test_many_random_changes_leave_no_element_behind(tab_of, crank_page):
     tab = tab_of(crank_page)
     counts = []
@@ -407,6 +428,7 @@ def test_many_random_changes_leave_no_element_behind(tab_of, crank_page):
     assert json.loads(json.dumps(values(tab)))["speed"] == crank_page.view.values["speed"]
 
 
+@pytest.mark.slow
 def test_an_older_run_that_comes_late_is_passed_over(tab_of, crank_page):
     crank_page.set(speed=300.0)
     tab = tab_of(crank_page)

@@ -94,6 +94,7 @@ def test_notebooks_are_kept_without_outputs(path):
     assert all(not one.get("outputs") for one in nbformat.read(path, 4).cells)
 
 
+@pytest.mark.slow
 def test_the_first_notebook_runs(saved):
     assert_shown(saved)
 
@@ -181,6 +182,7 @@ def answer(widget, said, message):
     return json.loads(one["text"])
 
 
+@pytest.mark.slow
 def test_a_notebook_saves_report_film_and_netcdf(saving, tab):
     page, widget, said, folder = saving
     tab.set_content(HOST)
@@ -239,6 +241,7 @@ def test_a_frame_hears_its_notebook_alone(crank_page, tab):
     assert frame.evaluate("(() => { try { return parent.document.title; } catch { return 'closed'; } })()") == "closed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "theme"), [(900, "light"), (360, "dark")])
 def test_a_solution_is_a_player_above_its_table(browser, layout_faults, width, theme):
     sol = fm.simulate(nine_bar(clearance=5e-4, flexible=True), periods=0.2)

@@ -140,7 +140,7 @@ def test_the_newest_run_is_saved(crank_page, tmp_path):
     assert "slider-crank" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("packages", [{"imageio_ffmpeg"}, set()])
+@pytest.mark.parametrize("packages", [{"imageio_ffmpeg"}, pytest.param(set(), marks=pytest.mark.slow)])
 def test_a_film_of_the_newest_run_is_saved(crank_page, monkeypatch, packages):
     """As .mp4 where the package for it is there, else as .gif; both begin as their formats say."""
     if packages:
@@ -254,6 +254,7 @@ def test_too_many_browsers_are_sent_away(crank_page):
     assert not crank_page._server.clients
 
 
+@pytest.mark.slow
 def test_a_browser_that_does_not_read_costs_no_memory(crank_page):
     with socket_of(crank_page):
         for k in range(30):
@@ -321,6 +322,7 @@ def painted(store, wish, *, stop_after=None, model=slider_crank):
         return found
 
 
+@pytest.mark.slow
 def test_a_stopped_diagram_goes_on_from_its_store(tmp_path, monkeypatch):
     wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 9}
     wish |= {"signal": "slider.x", "skip": 2, "keep": 2}
@@ -346,6 +348,7 @@ def heavier_slider_crank(speed: float = 100.0):
     return slider_crank(speed=speed).with_({"slider.mass": 1.0})
 
 
+@pytest.mark.slow
 def test_another_model_in_the_same_folder_has_a_store_of_its_own(tmp_path):
     wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 2}
     wish |= {"signal": "A.fx", "skip": 0, "keep": 1}
@@ -356,6 +359,7 @@ def test_another_model_in_the_same_folder_has_a_store_of_its_own(tmp_path):
     assert len(list(tmp_path.glob("speed-*.zarr"))) == 2
 
 
+@pytest.mark.slow
 def test_points_of_a_store_that_is_refused_are_not_shown(tmp_path):
     wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 2}
     wish |= {"signal": "slider.x", "skip": 0, "keep": 1}

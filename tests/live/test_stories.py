@@ -88,6 +88,7 @@ def test_the_clearance_that_halves_the_peak_force(open_page):
         assert 0.35 < forces["170"] / forces["0.5 mm"] < 0.55
 
 
+@pytest.mark.slow
 def test_a_colleague_sees_the_same_view_by_a_link(open_page):
     vary, tokens = {"speed": (50.0, 500.0), "clearance": (2e-5, 5e-4)}, []
     with fm.explore(slider_crank, vary=vary, periods=1, open=False, block=False) as page:

@@ -439,8 +439,27 @@ def keeps_its_contracts(mechanism, part):
     return report
 
 
+VARIANTS = {
+    "FlexibleLink, mass damping",
+    "FlexibleLink, arc, mass damping",
+    "FlexibleFrame, mean mass",
+    "FlexibleFrame, mass damping",
+    "PlaneBody, total Lagrange",
+    "Reduced, soft",
+    "Reduced, soft, by a pin",
+    "JournalBearing, finite, supplied everywhere",
+    "JournalBearing, short, half",
+    "JournalBearing, long, all round",
+    "WornClearance, journal",
+    "WornBearing",
+    "WornGuide",
+    "WornSlot",
+}
+"""Slow ones, whose branches others here or the tests of their own file take."""
+
+
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("kind", BUILT_IN)
+@pytest.mark.parametrize("kind", [pytest.param(n, marks=pytest.mark.slow) if n in VARIANTS else n for n in BUILT_IN])
 def test_built_in_part_keeps_its_contracts(kind):
     keeps_its_contracts(*BUILT_IN[kind])
 

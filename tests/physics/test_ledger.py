@@ -343,7 +343,7 @@ def rotor(drive=False):
     return (body, pin, *([fm.Drive("motor", "axis", fm.ConstantSpeed(1e4))] if drive else []))
 
 
-@pytest.mark.parametrize("further", [(), rotor(), rotor(drive=True)])
+@pytest.mark.parametrize("further", [(), rotor(), pytest.param(rotor(drive=True), marks=pytest.mark.slow)])
 def test_a_fast_rotor_hides_no_error_of_its_neighbour(further):
     """Steps of 2 ms add 6 % to the energy of a ball; beside 5 MJ of a rotor the run was ok."""
     sol = fm.simulate(bouncing(*further), t_end=1.0, step=2e-3)

@@ -154,7 +154,15 @@ def driven_by(pattern, step, method, duration=1.0):
     return compared(run.solution({})), run
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow)
+        if n in ("hht", "wbz", "alpha-0.0", "alpha-0.3", "alpha-0.8", "alpha-1.0")
+        else n
+        for n in METHODS
+    ],
+)
 def test_steps_that_alternate_keep_the_order(name):
     errors = []
     for h in (1e-3, 5e-4):

@@ -46,7 +46,12 @@ def turned(sol):
 
 @pytest.mark.parametrize(
     ("rule", "steps"),
-    [(rule, steps) for rule in RULES for steps in (100, 1000) if (rule, steps) != ("trapezoidal", 100)],
+    [
+        pytest.param(rule, steps, marks=pytest.mark.slow if steps == 1000 and rule != "alpha-position" else ())
+        for rule in RULES
+        for steps in (100, 1000)
+        if (rule, steps) != ("trapezoidal", 100)
+    ],
 )
 def test_a_step_that_ends_in_the_singular_position(rule, steps):
     """Steps of pi/4 over a whole number: one ends exactly where all links lie on one line, and two turns follow.
@@ -72,7 +77,7 @@ def turned_late(sol):
 
 
 @pytest.mark.parametrize("rule", ["rk4", "alpha", "trapezoidal"])
-@pytest.mark.parametrize("step", [7e-3, 1.3e-3, 2.1e-4])
+@pytest.mark.parametrize("step", [7e-3, 1.3e-3, pytest.param(2.1e-4, marks=pytest.mark.slow)])
 def test_steps_of_any_size_keep_the_branch(rule, step):
     sol = fm.simulate(parallelogram(), t_end=4 * math.pi, step=step, save="steps", method=RULES[rule])
     assert sol.ok, sol.status

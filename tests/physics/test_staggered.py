@@ -72,6 +72,7 @@ def test_a_rigid_mechanism_moves_as_with_runge_kutta(clearance):
     assert len(both[0].episodes()) == len(both[1].episodes())
 
 
+@pytest.mark.slow
 def test_a_beam_that_turns_slowly_hangs_as_in_statics():
     """Tip of a cantilever under its weight, q L^4 / (8 EI) across its axis, while a drive turns it by 60 degrees.
 
@@ -222,6 +223,7 @@ def test_shared_displacements_blow_up_in_contact_and_are_no_success():
     assert "displaced" in sol.status or "finite" in sol.status or "energ" in sol.status, sol.status
 
 
+@pytest.mark.slow
 def test_repeated_passes_with_shared_displacements_give_the_impact_of_the_coupled_equations():
     """Peak force and start of the first impact; what is left falls with the first order of the step."""
     options = {"t_end": 2.6e-4, "save": 5}
@@ -244,6 +246,7 @@ def test_a_run_goes_on_bit_for_bit():
         fm.simulate(worn(flexible=True), t_end=1e-3, step=step, method=fm.RungeKutta4(), restart=half.restart)
 
 
+@pytest.mark.slow
 def test_a_solution_can_be_saved_and_written_as_any_other(tmp_path):
     mech = worn(flexible=True)
     sol = run(mech, t_end=1e-4, step=5e-6, save=4)

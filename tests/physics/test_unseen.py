@@ -175,6 +175,7 @@ def test_a_fast_load_without_a_period_is_followed(kind):
     assert sol.array("b.x")[-1] - SPEED * 0.2 == pytest.approx(way(1000.0, 0.2), rel=0.03)
 
 
+@pytest.mark.slow
 def test_points_of_a_table_that_say_nothing_cost_no_steps():
     """A slow sine at 20,001 points, with noise of 0.1 %."""
     times, noise = np.linspace(0.0, 1.0, 20001), np.random.default_rng(1).normal(0.0, 1e-3, 20001)

@@ -118,6 +118,7 @@ def test_campbell_without_damping_and_with_it():
         np.testing.assert_allclose(curves_of(figure)["mode 1"][:, 1], expected, atol=5e-5)
 
 
+@pytest.mark.slow
 def test_campbell_with_a_critical_speed():
     """The curve has a gap where k = m W^2 leaves no equilibrium, and a cross there."""
     mechanism, speeds = turning_mass((800.0, 300.0)), [0.0, 5.0, 20.0, 25.0]

@@ -78,7 +78,7 @@ def overlapping(figure):
 
 
 @pytest.mark.parametrize("name", sorted(ready()))
-@pytest.mark.parametrize("lengths", [False, True])
+@pytest.mark.parametrize("lengths", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_names_in_ready_mechanisms(name, lengths):
     pairs, outside, count = overlapping(ready()[name].plot(lengths=lengths))
     assert count > 2
@@ -86,7 +86,11 @@ def test_names_in_ready_mechanisms(name, lengths):
     assert not outside
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(n, marks=pytest.mark.slow) if n.stem[0] > "f" else n for n in sorted(EXAMPLES.glob("*.py"))],
+    ids=lambda path: path.stem,
+)
 def test_names_in_examples(path, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", [str(path)])

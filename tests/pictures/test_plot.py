@@ -117,6 +117,7 @@ def test_names_that_cannot_be_plotted(sol, names, keywords, words):
         plot(sol, names, **keywords)
 
 
+@pytest.mark.slow
 def test_pictures_leave_pyplot_alone():
     # in a process of its own: other tests may have brought pyplot in
     code = (
@@ -173,7 +174,16 @@ def test_a_body_without_extent_is_a_square(sol):
     assert "s" in {line.get_marker() for line in ax.lines}
 
 
-@pytest.mark.parametrize("count", [1, 2, 5, 9, 14])
+@pytest.mark.parametrize(
+    "count",
+    [
+        1,
+        pytest.param(2, marks=pytest.mark.slow),
+        pytest.param(5, marks=pytest.mark.slow),
+        pytest.param(9, marks=pytest.mark.slow),
+        14,
+    ],
+)
 def test_the_legend_lies_in_the_picture(sol, count):
     bodies = tuple(RigidShape("crank", "", (((0.0, 0.0), (0.1 * k, 0.0)),)) for k in range(1, 3))
     names = [f"body{'x' * (k % 7)}{k}" for k in range(count)]
@@ -192,7 +202,17 @@ def test_the_legend_lies_in_the_picture(sol, count):
     assert box.y0 >= page.y0
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7])
+@pytest.mark.parametrize(
+    "n",
+    [
+        1,
+        2,
+        3,
+        pytest.param(4, marks=pytest.mark.slow),
+        pytest.param(5, marks=pytest.mark.slow),
+        pytest.param(7, marks=pytest.mark.slow),
+    ],
+)
 def test_any_number_of_instants(sol, n):
     figure = render(sol, np.linspace(0.1, 0.9, n))
     assert sum(ax.get_visible() for ax in figure.axes) == n
@@ -241,6 +261,7 @@ def test_screenshot_of_an_unknown_field(tmp_path):
         screenshot_vtk(pvd, tmp_path / "a.png", field="bending_momentum")
 
 
+@pytest.mark.slow
 def test_screenshot(tmp_path):
     pvd = write_vtk(solution(), tmp_path / "a.pvd", frames=5)
     # VTK ends the whole process where it finds no way to draw, so it is tried in one of its own

@@ -23,6 +23,7 @@ def sol():
     return solution()
 
 
+@pytest.mark.slow
 def test_the_plotter_draws_without_a_display(sol):
     plotter = fm.view(sol, off_screen=True)
     image = plotter.screenshot(return_img=True)

@@ -172,7 +172,7 @@ def test_cooks_membrane(kind, values):
     assert abs(found[32] - 23.967) < (0.16 if kind == "quad4" else 0.01)
 
 
-@pytest.mark.parametrize("kind", ["tri6", "quad9"])
+@pytest.mark.parametrize("kind", ["tri6", pytest.param("quad9", marks=pytest.mark.slow)])
 def test_rotating_ring(kind):
     """Closed form of plane stress, a = 0.05 m, b = 0.2 m, 1000 rad/s; the displacement converges with order 4."""
     exact = {"inner": 6.249627976e-5, "outer": 6.775297619e-5}
@@ -185,6 +185,7 @@ def test_rotating_ring(kind):
     assert np.log2(np.divide(*errors)).min() > 3.4
 
 
+@pytest.mark.slow
 def test_ring_under_inner_pressure():
     """Lame's solution, 100 MPa inside."""
     mesh = ring(0.05, 0.2, 0.0075)

@@ -44,7 +44,7 @@ def hung(body, **changes):
     return fm.Mechanism("pendulum", [body, joint], gravity=(0.0, -9.81), **changes)
 
 
-@pytest.mark.parametrize("interface", ["rigid", "averaged"])
+@pytest.mark.parametrize("interface", [pytest.param("rigid", marks=pytest.mark.slow), "averaged"])
 def test_frequencies_of_the_mechanism_are_those_of_the_matrices(interface):
     """Modes of the compiled cells and pins beside the eigenvalues of scikit-fem's matrices, free and clamped.
 
@@ -59,7 +59,9 @@ def test_frequencies_of_the_mechanism_are_those_of_the_matrices(interface):
     assert fm.modes(clamped, count=4).frequencies == pytest.approx(body.frequencies(4, held=("start",)), rel=1e-7)
 
 
-@pytest.mark.parametrize("share", [1e-6, 1e-8, 1e-12])
+@pytest.mark.parametrize(
+    "share", [1e-6, pytest.param(1e-8, marks=pytest.mark.slow), pytest.param(1e-12, marks=pytest.mark.slow)]
+)
 def test_frequencies_need_no_mass_of_averaged_pins(share, monkeypatch):
     """Masses of any size are found beside one another; what the pins have the frequencies differ by."""
     monkeypatch.setattr(full_body, "PIN_SHARE", share)
@@ -97,6 +99,7 @@ def test_thrown_body_keeps_its_momenta_over_many_turns(changes):
     assert 3.0 < errors[0] / errors[1] < 5.5
 
 
+@pytest.mark.slow
 def test_energy_of_a_thrown_body_is_booked():
     """Kinetic and strain energy, with what damping and the method take: the rest falls with the square of the step."""
     rest = []
@@ -109,6 +112,7 @@ def test_energy_of_a_thrown_body_is_booked():
     assert 3.0 < rest[0] / rest[1] < 5.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interface", ["rigid", pytest.param("averaged", marks=pytest.mark.slow)])
 def test_stiff_pendulum_swings_as_a_rigid_one(interface):
     """The angles differ by errors of the steps alone, the forces first by vibrations of the start."""

@@ -81,7 +81,16 @@ def test_the_static_shape_of_a_load_changes_its_buckling_by_little():
     assert shaped[:3] == pytest.approx(plain[:3], rel=1e-5)
 
 
-@pytest.mark.parametrize("kind", ["dead", "turning", "edge", "body", "field"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param("dead", marks=pytest.mark.slow),
+        "turning",
+        pytest.param("edge", marks=pytest.mark.slow),
+        "body",
+        pytest.param("field", marks=pytest.mark.slow),
+    ],
+)
 def test_reduced_bodies_move_at_their_pins_as_the_full_one(kind):
     body = bar()
     load = {

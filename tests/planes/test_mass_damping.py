@@ -62,7 +62,11 @@ def test_a_free_vibration_decays_with_half_the_rate():
     assert rate == pytest.approx(RATE, rel=2e-3)
 
 
-@pytest.mark.parametrize("make", [bar, lambda **c: fm.Reduced(bar(**c), modes=3)], ids=["full", "reduced"])
+@pytest.mark.parametrize(
+    "make",
+    [pytest.param(bar, marks=pytest.mark.slow), lambda **c: fm.Reduced(bar(**c), modes=3)],
+    ids=["full", "reduced"],
+)
 def test_flight_and_rotation_are_not_damped(make):
     """A thrown body keeps its momenta; what damping takes is a small part of what vibrates."""
     mechanism = fm.Mechanism("thrown", [make(velocity=(1.0, 2.0, 20.0))], gravity=(0.0, 0.0))
@@ -77,7 +81,7 @@ def test_flight_and_rotation_are_not_damped(make):
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("pins", [("left", "right"), ("left",)])
+@pytest.mark.parametrize("pins", [pytest.param(("left", "right"), marks=pytest.mark.slow), ("left",)])
 def test_kernels_agree_with_differences(pins):
     cells = fm.meshes.rectangle(LENGTH, 0.02, 2, 1)
     fm.testing.check_part(fm.Mechanism("free", [bar(cells, pins=pins)]), "bar")

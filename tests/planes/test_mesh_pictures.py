@@ -92,7 +92,7 @@ def test_pictures_and_films_show_meshes(tmp_path):
         animate(sol, tmp_path / "rod.gif", colour="stress")
 
 
-@pytest.fixture(scope="module", params=["all nodes", "reduced"])
+@pytest.fixture(scope="module", params=[pytest.param("all nodes", marks=pytest.mark.slow), "reduced"])
 def engine(request):
     mechanism, rod = soft_engine()
     if request.param == "reduced":

@@ -46,8 +46,11 @@ def test_area_of_a_link_converges_with_order_four(kind, width):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("hole", [0.3, 0.6, 0.9])
-@pytest.mark.parametrize("width", [0.2, 0.6, 0.7, 0.75, 0.8, 0.95, 1.0])
+@pytest.mark.parametrize("hole", [0.3, pytest.param(0.6, marks=pytest.mark.slow), 0.9])
+@pytest.mark.parametrize(
+    "width",
+    [0.2, 0.6, pytest.param(0.7, marks=pytest.mark.slow), 0.75, pytest.param(0.8, marks=pytest.mark.slow), 0.95, 1.0],
+)
 @pytest.mark.parametrize("size", [0.1, 0.5])
 def test_links_of_all_proportions_have_sound_cells(kind, hole, width, size):
     mesh = link_with_eyes(4.0, 1.0, hole, 2 * width, size, kind)

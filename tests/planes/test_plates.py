@@ -28,7 +28,7 @@ def quality(mesh: PlaneMesh) -> np.ndarray:
     return 4 * math.sqrt(3) * area / (sides**2).sum(axis=1)
 
 
-@pytest.mark.parametrize("size", [0.012, 0.008, 0.004])
+@pytest.mark.parametrize("size", [0.012, 0.008, pytest.param(0.004, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 @pytest.mark.parametrize("kind", ["tri6", "tri3"])
 def test_a_rocker_has_even_triangles_and_its_area(size, turn, kind):
@@ -48,7 +48,7 @@ def test_a_rocker_has_even_triangles_and_its_area(size, turn, kind):
 
 
 @pytest.mark.parametrize("fillet", [0.004, 0.0149, [0, 0.01, 0, 0.02, 0.015, 0.015]], ids=str)
-@pytest.mark.parametrize("size", [0.008, 0.003])
+@pytest.mark.parametrize("size", [0.008, pytest.param(0.003, marks=pytest.mark.slow)])
 def test_fillets_change_the_area_by_their_corners(fillet, size):
     """Square corners: (1 - pi/4) r^2 each, less at five of them, more at the inner one; either way round."""
     radii = np.broadcast_to(fillet, 6)
@@ -93,6 +93,7 @@ def test_an_angle_with_an_inner_corner_either_way_round():
         assert len(mesh.loops) == 3
 
 
+@pytest.mark.slow
 def test_stress_beside_a_hole_is_three_times_that_far_away():
     """Kirsch: 3 in an infinite plate; Heywood's formula 2 + (1 - d/W)^3 of the net stress for d/W = 0.1: 3.03 gross."""
     steel = Material(2.1e11, 7850.0, 0.3)

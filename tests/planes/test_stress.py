@@ -66,9 +66,10 @@ def ring_stress(load: str, size: float, kind: str) -> tuple[PlaneMesh, np.ndarra
 
 
 @pytest.mark.parametrize(
-    ("load", "inner", "outer"), [("spin", 262.484375e6, 71.140625e6), ("pressure", 113.33333e6, 13.33333e6)]
+    ("load", "inner", "outer"),
+    [pytest.param("spin", 262.484375e6, 71.140625e6, marks=pytest.mark.slow), ("pressure", 113.33333e6, 13.33333e6)],
 )
-@pytest.mark.parametrize("kind", ["tri6", "quad9"])
+@pytest.mark.parametrize("kind", ["tri6", pytest.param("quad9", marks=pytest.mark.slow)])
 def test_hoop_stress_on_the_edges_of_a_ring(load, inner, outer, kind):
     """Closed forms; on the edge the nodal stress converges with order 2 (measured 1.6 to 1.9 for these sizes)."""
     errors = []

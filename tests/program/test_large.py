@@ -131,6 +131,7 @@ def started(links):
     fm.simulate(chain(links), t_end=1.0, step=1e-4, save=1, max_steps=1)
 
 
+@pytest.mark.slow
 def test_work_grows_as_the_chain_does():
     started(60)
     small, large = (calls_of(lambda n=n: started(n)) for n in (100, 400))

@@ -81,7 +81,17 @@ def test_shapes_of_inertia_are_exact_under_unit_accelerations(make):
     assert found.coordinates == 12
 
 
-@pytest.mark.parametrize(("height", "modes"), [(0.005, 6), (0.005, 9), (0.01, 9), (0.02, 9), (0.02, 18), (0.05, 12)])
+@pytest.mark.parametrize(
+    ("height", "modes"),
+    [
+        (0.005, 6),
+        pytest.param(0.005, 9, marks=pytest.mark.slow),
+        (0.01, 9),
+        pytest.param(0.02, 9, marks=pytest.mark.slow),
+        pytest.param(0.02, 18, marks=pytest.mark.slow),
+        (0.05, 12),
+    ],
+)
 def test_shapes_of_inertia_beside_many_modes(height, modes):
     """A shape of inertia that the vibrations of a slender rod hold is left out; the body was refused."""
     length, count = 0.5, 4 if height == 0.05 else 3

@@ -133,7 +133,9 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
+@pytest.mark.parametrize(
+    "case", [pytest.param(n, marks=pytest.mark.slow) if n == "too high a frequency" else n for n in REFUSED]
+)
 def test_refused(case):
     make, message = REFUSED[case]
     with pytest.raises(InputError, match=message):

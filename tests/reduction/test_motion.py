@@ -74,7 +74,9 @@ def drifts(kind, step):
     return *(np.abs(m - m[0]).max() / size for m, size in late), np.abs(energy - energy[0]).max() / kinetic
 
 
-@pytest.mark.parametrize("kind", BODIES)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(n, marks=pytest.mark.slow) if n in ("shapes of inertia", "arc", "pin") else n for n in BODIES]
+)
 def test_a_free_body_keeps_its_momenta_and_its_energy(kind):
     """Up to the error of the integrator, which falls with the square of the step."""
     step = {"shapes of inertia": 1e-5, "pin": 2e-5, "arc": 2.5e-5}.get(kind, 4e-5)  # axial vibrations have 2 to 3 kHz
@@ -96,7 +98,8 @@ def spun():
 
 
 @pytest.mark.parametrize(
-    ("options", "within"), [({"frame": "pin"}, 0.005), ({}, 5e-4), ({"inertia_shapes": True}, 5e-4)]
+    ("options", "within"),
+    [({"frame": "pin"}, 0.005), ({}, 5e-4), pytest.param({"inertia_shapes": True}, 5e-4, marks=pytest.mark.slow)],
 )
 def test_spin_up_is_that_of_the_beam(spun, options, within):
     mechanism = spinning_beam()
@@ -152,7 +155,11 @@ HEAVY = 7.837347 * 2.1e11 * 0.02**3 * 0.01 / 12.0 / (7850.0 * 0.01 * 0.02)
 
 @pytest.mark.parametrize(
     ("options", "factor", "within"),
-    [({}, 1.08, 0.01), ({"inertia_shapes": True}, 1.0, 2e-3), ({"inertia_shapes": True, "frame": "pin"}, 1.0, 2e-3)],
+    [
+        ({}, 1.08, 0.01),
+        pytest.param({"inertia_shapes": True}, 1.0, 2e-3, marks=pytest.mark.slow),
+        ({"inertia_shapes": True, "frame": "pin"}, 1.0, 2e-3),
+    ],
 )
 def test_a_heavy_column_needs_shapes_of_inertia(options, factor, within):
     """Forces of the pins alone spread half of the weight over the length: 8 % too much."""
@@ -207,7 +214,7 @@ def test_a_turning_beam_has_the_frequencies_of_all_its_nodes():
     assert frequencies(small) == pytest.approx(frequencies(rod()), rel=1e-3)
 
 
-@pytest.mark.parametrize("formulation", ["corotated", "total-lagrange"])
+@pytest.mark.parametrize("formulation", [pytest.param("corotated", marks=pytest.mark.slow), "total-lagrange"])
 def test_plane_bodies_buckle_as_their_meshes_do(formulation):
     """A link with wide holes: forces of rigid pins do work where their nodes turn; without, 13 % too much."""
     mesh = fm.meshes.link_with_eyes(length=0.12, eye=0.012, hole=0.006, width=0.006, size=0.004)

@@ -76,7 +76,15 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize("case", OTHERS)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(n, marks=pytest.mark.slow)
+        if n in ("state", "mesh", "thickness", "turn", "elements", "mass")
+        else n
+        for n in OTHERS
+    ],
+)
 def test_bodies_that_differ_share_nothing(case):
     other = OTHERS[case]()
     same = plane() if isinstance(other, fm.PlaneBody) else beam()

@@ -44,7 +44,13 @@ def stress_by_hand(x):
 
 @pytest.mark.parametrize(
     ("step", "damping", "inertia"),
-    [(8e-5, 5e-4, False), (6.3e-4, 5e-4, False), (None, 5e-4, False), (6.3e-4, 5e-6, False), (6.3e-4, 5e-4, True)],
+    [
+        pytest.param(8e-5, 5e-4, False, marks=pytest.mark.slow),
+        (6.3e-4, 5e-4, False),
+        (None, 5e-4, False),
+        pytest.param(6.3e-4, 5e-6, False, marks=pytest.mark.slow),
+        pytest.param(6.3e-4, 5e-4, True, marks=pytest.mark.slow),
+    ],
 )
 def test_stress_does_not_depend_on_step_and_damping(step, damping, inertia):
     """Before: 262 to 367 kPa with 5e-4 s, by the step, and dampers that took 7e-5 of the energy a turn."""
@@ -82,7 +88,7 @@ def _middle(body):
 
 
 @pytest.mark.parametrize("pins", [("start",), ("start", "end")])
-@pytest.mark.parametrize(("kind", "within"), [("beams", 4e-4), ("mesh", 3e-4)])
+@pytest.mark.parametrize(("kind", "within"), [("beams", 4e-4), pytest.param("mesh", 3e-4, marks=pytest.mark.slow)])
 def test_shapes_of_inertia_hold_the_stress_of_a_steady_rotation(kind, within, pins):
     """Before: .889 to 1.02 of it with 6 modes.  The mesh with all its nodes has 1.0001 of it."""
     stress, by_hand, notes = stress_of(kind, modes=3, inertia_shapes=True, pins=pins)
@@ -136,7 +142,7 @@ def lost_a_turn(body, per_turn):
     return abs(taken[-1] - taken[-21]) / float(sol["energy.kinetic"].values[-1])
 
 
-@pytest.mark.parametrize("kind", BODIES)
+@pytest.mark.parametrize("kind", [pytest.param(n, marks=pytest.mark.slow) if n == "mesh" else n for n in BODIES])
 def test_dampers_take_nothing_from_a_steady_rotation(kind):
     """What the rates of rotations against places cost falls with h^4; reduced bodies had 2e-6 to 3e-4."""
     coarse, fine = (lost_a_turn(BODIES[kind](), per_turn) for per_turn in (500, 1000))

@@ -89,6 +89,7 @@ def test_a_pose_on_the_screen_is_that_of_the_solution(opened, run_page, slider_c
     assert middle == pytest.approx(beam.points[0, 1].tolist(), abs=2e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [390, 1280])
 def test_names_do_not_lie_on_links(opened, run_page, width):
     page = opened(run_page.path, width, 844)
@@ -103,6 +104,7 @@ def test_names_do_not_lie_on_links(opened, run_page, width):
             assert not np.any((x > x0) & (x < x1) & (np.abs(y - middle) < 6.0)), (k, x0, middle)
 
 
+@pytest.mark.slow
 def test_an_arc_with_shear_on_the_screen_is_that_of_the_solution(opened, tmp_path):
     """The axis leans against the sections, so its cubic has other slopes than the nodes."""
     rubber, deep = fm.Material(young=1e6, density=1000.0), fm.Rectangle(width=0.1, height=0.4)
@@ -142,6 +144,7 @@ def test_clicks_set_the_time(opened, run_page, slider_crank):
     assert page.evaluate("flexmbReport.picture.traces.length") == 0
 
 
+@pytest.mark.slow
 def test_the_line_of_the_time_stands_at_both_ends(opened, run_page):
     page = opened(run_page.path)
     over = page.locator("#plots .u-over").first.bounding_box()
@@ -154,6 +157,7 @@ def test_the_line_of_the_time_stands_at_both_ends(opened, run_page):
         assert box["x"] + 0.5 * box["width"] == pytest.approx(x, abs=2.5)
 
 
+@pytest.mark.slow
 def test_deformation_is_magnified(opened, run_page, slider_crank):
     _, sol = slider_crank
     page = opened(run_page.path)
@@ -200,6 +204,7 @@ def test_overlaps_and_cuts_are_found(opened, layout_faults, run_page):
     assert any(text.startswith("H1") for text in found)
 
 
+@pytest.mark.slow
 def test_theme_is_switched(opened, run_page):
     page = opened(run_page.path, color_scheme="dark")
     background = "getComputedStyle(document.body).backgroundColor"
@@ -211,6 +216,7 @@ def test_theme_is_switched(opened, run_page):
     assert page.evaluate(background) == dark
 
 
+@pytest.mark.slow
 def test_screen_readers_and_keyboards_reach_everything(opened, run_page):
     page = opened(run_page.path, reduced_motion="reduce")
     unnamed = """() => [...document.querySelectorAll('button, select, input, canvas, table, [role=region]')]
@@ -233,6 +239,7 @@ def test_screen_readers_and_keyboards_reach_everything(opened, run_page):
     assert page.evaluate("flexmbReport.clock.playing")
 
 
+@pytest.mark.slow
 def test_names_do_no_harm(opened, tmp_path):
     evil = '<img src=x onerror="hacked=1">'
     arm = fm.RigidLink(evil, (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=0.02)
@@ -254,6 +261,7 @@ def test_network_is_forbidden(opened, run_page, browser):
     context.close()
 
 
+@pytest.mark.slow
 def test_a_hand_made_solution_and_a_single_instant(opened, tmp_path):
     page = opened(fm.report(handmade.solution(), tmp_path / "page.html"))
     page.keyboard.press("End")
@@ -263,6 +271,7 @@ def test_a_hand_made_solution_and_a_single_instant(opened, tmp_path):
     assert frame(page) == 0
 
 
+@pytest.mark.slow
 def test_two_hundred_beams_move_smoothly(opened, tmp_path):
     """Fifty links of four elements, in the colours of their bending moments; not examined, which takes seconds."""
     sol = fm.simulate(chain(50, 4), t_end=0.3, step=1e-3)

@@ -77,6 +77,7 @@ def test_one_signal_and_a_title(found, tmp_path):
         fm.report(found, tmp_path / "fit.html", signals=["body.y"])
 
 
+@pytest.mark.slow
 def test_what_went_wrong_is_told_at_the_top(record, tmp_path):
     """A search that was ended, bounds that are active, parameters that the data do not tell apart, units."""
     short = fm.design.fit(oscillator, BOUNDS, record, **HOW | {"most_runs": 2})

@@ -54,7 +54,7 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200)
 
 
-@pytest.mark.parametrize("blocks", [1, 40])
+@pytest.mark.parametrize("blocks", [pytest.param(1, marks=pytest.mark.slow), 40])
 @pytest.mark.parametrize(
     "options",
     [{}, {"save_from_period": 0.5}, {"signals": ["slider.*"], "save": "steps"}, {"method": fm.Newmark.hht(0.05)}],
@@ -119,7 +119,9 @@ PARTS = {
 
 
 @pytest.mark.filterwarnings("ignore::flexmb.errors.RestitutionWarning")
-@pytest.mark.parametrize("kind", PARTS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(n, marks=pytest.mark.slow) if n in ("controllers", "ideal cam") else n for n in PARTS]
+)
 def test_runs_with_controllers_and_cams_that_were_killed_go_on(tmp_path, monkeypatch, small_blocks, kind):
     make, t_end = PARTS[kind]
     whole = fm.simulate(make(), t_end=t_end, save=100)

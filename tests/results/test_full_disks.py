@@ -59,7 +59,9 @@ def small_disk(tmp_path):
         subprocess.run(["umount", place], check=True)
 
 
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("a.pdf", "a.png", "a.svg") else n for n in WRITERS]
+)
 def test_a_full_disk_leaves_the_old_file_whole(sol, small_disk, name):
     if name.endswith("mp4"):
         pytest.importorskip("imageio_ffmpeg")
@@ -98,6 +100,7 @@ def test_nul_in_a_name_is_refused_where_it_is_given():
         fm.Mechanism("a\0b", [])
 
 
+@pytest.mark.slow
 def test_letters_that_the_system_has_not_are_refused_by_name(tmp_path):
     code = "import flexmb as fm; fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-4).to_netcdf('\\xfc.nc')"
     plain = {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C", "PYTHONDONTWRITEBYTECODE": "1"}
@@ -168,7 +171,7 @@ def test_the_checkpoint_stays_until_the_results_are_on_disk(tmp_path, monkeypatc
             raise full
         real(file)
 
-    words = ["run", "slider-crank", "--clearance", "0.5mm", "--t-end", "20ms", "--no-plots", "--no-vtk", "--no-report"]
+    words = ["run", "slider-crank", "--clearance", "0.5mm", "--t-end", "5ms", "--no-plots", "--no-vtk", "--no-report"]
     words += ["--out", str(tmp_path), "--quiet", "--checkpoint", "0s"]
     monkeypatch.setattr("flexmb.run.run.FIRST_BLOCK_UPDATES", 200)
     monkeypatch.setattr("os.fsync", fsync)
@@ -180,7 +183,7 @@ def test_the_checkpoint_stays_until_the_results_are_on_disk(tmp_path, monkeypatc
     monkeypatch.undo()
     assert main([*words, "--resume"]) == 0
     assert not checkpoint.exists()
-    again = fm.simulate(fm.mechanisms.slider_crank(clearance=5e-4), t_end=0.02)
+    again = fm.simulate(fm.mechanisms.slider_crank(clearance=5e-4), t_end=0.005)
     assert np.array_equal(fm.load(tmp_path / "slider-crank.nc").values, again.values)
 
 

@@ -80,7 +80,7 @@ def test_plate_and_its_reduction_bend_as_a_beam():
     assert full.peak("rod.von_mises").node == small.peak("rod.von_mises").node
 
 
-@pytest.mark.parametrize("reduced", [False, True])
+@pytest.mark.parametrize("reduced", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_axes_and_places_of_a_turned_body(reduced, tmp_path):
     """Stresses are those in the axes of the mesh, points those of the reference configuration."""
     angle, origin = 0.7, (0.3, -0.2)

@@ -72,7 +72,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("step", STEPS)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(n, marks=pytest.mark.slow) if n == "mesh" else n for n in CASES])
 def test_meshes_ropes_stops_and_springs_stay_at_rest(case, step):
     mech = CASES[case]()
     at = fm.static_equilibrium(mech)

@@ -144,6 +144,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_a_killed_command_goes_on_and_leaves_no_worker(kept, journal, tmp_path, number):
@@ -323,7 +324,8 @@ def test_the_study_has_these_figures_and_each_once():
     assert numbers == list(range(6, 45))
 
 
-@pytest.mark.parametrize("effort", [FULL, QUICK])
+@pytest.mark.slow
+@pytest.mark.parametrize("effort", [pytest.param(FULL, marks=pytest.mark.slow), QUICK])
 def test_little_is_computed_twice(effort):
     """Some variations change nothing in some models, so that runs of two names are the same; two runs of one name are
     refused by `runs_of`."""
@@ -449,6 +451,7 @@ def test_values_that_failed_are_told_each_time(study, tmp_path, journal, capsys,
     assert paper("7", "--out", tmp_path, "--quiet") == 1
 
 
+@pytest.mark.slow
 def test_times_of_points_that_were_deleted_are_forgotten(kept):
     run = short_diagram()
     kept.log(run).write_text('{"processor": 1e6, "wall": 1e6}\n')

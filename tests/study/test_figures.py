@@ -50,7 +50,10 @@ def is_labelled(ax):
     return "[" in ax.get_ylabel()
 
 
-@pytest.mark.parametrize("number", [n for n in MOTIONS if n not in (16, 33)])
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(n, marks=pytest.mark.slow) if n >= 28 else n for n in [n for n in MOTIONS if n not in (16, 33)]],
+)
 def test_curves(number, results):
     figure, shown = MOTIONS[number].draw(results)
     drawn = lines_of(figure)
@@ -116,7 +119,11 @@ def test_paths(number, results):
         assert np.nanmax(radius) < 1.2 * clearance
 
 
-@pytest.mark.parametrize("plate", MOTIONS.values(), ids=[f"figure {number}" for number in MOTIONS])
+@pytest.mark.parametrize(
+    "plate",
+    [pytest.param(plate, marks=pytest.mark.slow) if number >= 28 else plate for number, plate in MOTIONS.items()],
+    ids=[f"figure {number}" for number in MOTIONS],
+)
 def test_axes_and_data_have_units(plate, results, tmp_path):
     figure, shown = plate.draw(results)
     check_data(shown, tmp_path / "figure.nc")
@@ -127,6 +134,7 @@ def test_axes_and_data_have_units(plate, results, tmp_path):
     assert figure.legends or any(ax.get_legend() for ax in figure.axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "number", [pytest.param(n, marks=pytest.mark.slow) if n in (23, 27, 40) else n for n in DIAGRAMS]
 )

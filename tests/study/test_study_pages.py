@@ -95,6 +95,7 @@ def test_runs_of_one_name_are_one_run_across_the_pages(effort):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("effort", [pytest.param(FULL, marks=pytest.mark.slow), QUICK], ids=["full", "quick"])
 def test_a_page_is_written_from_its_results(name, effort, tmp_path):
     page = page_of(name, effort)
     text, data = page.write({run: made_up(run) for run in page.runs})
@@ -169,6 +170,7 @@ def test_convergence_tells_lower_from_no_difference():
     assert "equal" in text
 
 
+@pytest.mark.slow
 def test_sensitivity_marks_a_verdict_that_changes():
     rows = sensitivity.rows_of(FULL)
     results = {run: made_up(run) for run in sensitivity.sensitivity(FULL).runs}
@@ -206,6 +208,7 @@ def test_damping_tells_what_disagrees_from_what_depends_on_it():
     assert f"{len(CLAIMS) - 2} at 1e-07 s" in damping.standing(verdicts)
 
 
+@pytest.mark.slow
 def test_damping_judges_all_claims_at_each_value():
     page = page_of("damping", FULL)
     _, data = page.write({run: made_up(run) for run in page.runs})

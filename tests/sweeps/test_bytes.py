@@ -44,7 +44,10 @@ def reference(tmp_path_factory):
     return path, diagram(path)
 
 
-@pytest.fixture(scope="module", params=pools())
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(n, marks=pytest.mark.slow) if n != "threads" else n for n in pools()],
+)
 def pool(request):
     """An executor; what its processes import serves both tests."""
     with pools()[request.param]() as made:
@@ -176,7 +179,7 @@ def test_every_state_of_a_killed_write_is_gone_on_with(reference, tmp_path):
     path, dataset = reference
     whole, store = content(path), tmp_path / "s.zarr"
     rng = np.random.default_rng(0)
-    for _ in range(4):
+    for _ in range(2):
         shutil.copytree(path, store)
         points = [(0, k) for k in range(len(VALUES))] + [(1, k) for k in range(len(VALUES))]
         for row, k in rng.permutation(points)[:7]:  # the status is written last: without it nothing else counts
@@ -192,6 +195,7 @@ def test_every_state_of_a_killed_write_is_gone_on_with(reference, tmp_path):
         shutil.rmtree(store)
 
 
+@pytest.mark.slow
 def test_killed_before_there_was_a_store(reference, tmp_path):
     for leftover in ([], ["zarr.json.0815.partial"]):
         store = tmp_path / f"s{len(leftover)}.zarr"
@@ -202,6 +206,7 @@ def test_killed_before_there_was_a_store(reference, tmp_path):
         assert content(store) == content(reference[0])
 
 
+@pytest.mark.slow
 def test_killed_while_it_was_laid_out(reference, tmp_path):
     for gone in ("points", "r", "state"):
         store = tmp_path / "s.zarr"
@@ -343,6 +348,7 @@ def test_a_pool_that_was_shut_down():
         fm.sweep(slow_results, GRID, executor=pool)
 
 
+@pytest.mark.slow
 def test_digests_do_not_depend_on_the_process(capsys):
     """Here, and in a process whose sets are ordered by another seed."""
     code = (

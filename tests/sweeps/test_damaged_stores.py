@@ -132,7 +132,9 @@ def exchanged(one, other):
     other.write_bytes(kept)
 
 
-@pytest.mark.parametrize(("kind", "again"), [("diagram", diagram_in), ("sweep", sweep_in)])
+@pytest.mark.parametrize(
+    ("kind", "again"), [pytest.param("diagram", diagram_in, marks=pytest.mark.slow), ("sweep", sweep_in)]
+)
 def test_chunks_that_are_exchanged_between_points_are_refused(stores, tmp_path, kind, again):
     """Each variable, also of failed points: they loaded as each other's values before, with ok=True."""
     path, tried = stores[kind][0], set()
@@ -208,7 +210,7 @@ def test_changed_descriptions_are_refused(stores, tmp_path, file, old, new):
         fm.sweeps.load_sweep(copy)
 
 
-@pytest.mark.parametrize("kind", ["diagram", "sweep"])
+@pytest.mark.parametrize("kind", [pytest.param("diagram", marks=pytest.mark.slow), "sweep"])
 def test_descriptions_and_coordinates_that_are_exchanged_are_refused_or_change_nothing(stores, tmp_path, kind):
     folder, before = stores[kind]
     arrays = sorted(one.name for one in folder.iterdir() if one.is_dir())

@@ -23,7 +23,7 @@ def pools():
     }
 
 
-@pytest.mark.parametrize("name", pools())
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "processes" else n for n in pools()])
 def test_a_run_that_stops_early_fails_its_point(name, tmp_path):
     """The function returns what it read from two runs; the second of them stops early at 40 steps."""
     pool = pools()[name]()
@@ -85,7 +85,9 @@ def test_require():
     assert found["status"].values[0].startswith("SolveError: Run of 'slider-crank': Stopped after 3 steps")
 
 
-@pytest.mark.parametrize("kind", ["sweep", "diagram", "exponent"])
+@pytest.mark.parametrize(
+    "kind", ["sweep", pytest.param("diagram", marks=pytest.mark.slow), pytest.param("exponent", marks=pytest.mark.slow)]
+)
 def test_ctrl_c_ends_a_sweep_and_keeps_nothing_of_its_point(kind, tmp_path):
     """The third point is interrupted in the middle of its run; resume=True computes it, and all that follow."""
     store, flag = tmp_path / "s", tmp_path / "flag"

@@ -107,6 +107,7 @@ def test_a_failed_point_is_stepped_over():
     assert found["seam"].values.tolist() == [False, True, False]
 
 
+@pytest.mark.slow
 def test_a_bistable_oscillator_has_hysteresis():
     """A mass in a valley of x^4/4 - x^2/2, of parts: its softening resonance folds over, up and down differ between."""
     values = np.round(np.arange(0.04, 0.115, 0.01), 2)
@@ -183,6 +184,7 @@ def period_of(omega):
     return 2.0 * np.pi / omega
 
 
+@pytest.mark.slow
 def test_ctrl_c_is_no_result():
     family = Family(bistable(), "well.amplitude", {}, step=1e-5, period=PERIOD)
     section_point(

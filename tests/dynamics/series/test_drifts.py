@@ -24,8 +24,8 @@ def named(found, step):
 
 
 @pytest.mark.parametrize("k", CYCLES)
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("rate", [pytest.param(n, marks=pytest.mark.slow) if n in (0.003, 0.03) else n for n in RATES])
+@pytest.mark.parametrize("sign", [pytest.param(n, marks=pytest.mark.slow) if n < 0.0 else n for n in [1.0, -1.0]])
 def test_a_straight_drift_is_a_transient_that_names_it(k, rate, sign):
     """Counted over the whole record, and in each point; with an exponent of zero and without one."""
     for rise in (sign * rate, sign * rate * 399):
@@ -92,6 +92,7 @@ def test_an_angle_that_moves_on_counts_modulo_a_turn():
     assert named(slow, 0.002), slow.reason
 
 
+@pytest.mark.slow
 def test_what_does_not_drift_keeps_its_verdict(maps):
     """Closed curves near rational rotation numbers and slow ones, cycles, chaos in bands and without."""
     for rotation in (GOLDEN, 1.0 / 3.0 + 1e-3, 0.5 + 1.5e-3, 0.25 - math.pi / 1500.0, math.pi / 785.0, 0.0101):
@@ -108,7 +109,9 @@ def test_what_does_not_drift_keeps_its_verdict(maps):
 # Exponents of zero without a closed curve.
 
 
-@pytest.mark.parametrize("count", [250, 400, 1000, 3000])
+@pytest.mark.parametrize(
+    "count", [250, 400, pytest.param(1000, marks=pytest.mark.slow), pytest.param(3000, marks=pytest.mark.slow)]
+)
 def test_the_accumulation_of_doublings_is_inconclusive(maps, count):
     """The exponent is 0, the points a Cantor set: bands that double repeatedly."""
     points = maps["logistic"](count, FEIGENBAUM, skip=20000)[:, None]
@@ -137,6 +140,7 @@ def test_an_island_of_the_standard_map_is_a_closed_curve():
         )
 
 
+@pytest.mark.slow
 def test_the_sea_of_the_standard_map():
     """Chaotic where action and angle count modulo a turn; else the action walks away, which is never quasi-periodic."""
     for start in ((0.1, 0.2), (1.0, 0.0), (3.0, 2.0)):

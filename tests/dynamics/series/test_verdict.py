@@ -78,12 +78,24 @@ def test_differences_of_some_floors_are_none_with_and_without_an_exponent(expone
 # Chaos: 3.6 in two bands, 3.5925 in four, 3.8282 intermittent of type I.
 
 
-@pytest.mark.parametrize("r", [3.5925, 3.6, 3.7, 3.8282, 3.9, 4.0])
+@pytest.mark.parametrize(
+    "r",
+    [
+        pytest.param(3.5925, marks=pytest.mark.slow),
+        3.6,
+        pytest.param(3.7, marks=pytest.mark.slow),
+        3.8282,
+        pytest.param(3.9, marks=pytest.mark.slow),
+        4.0,
+    ],
+)
 def test_chaos_of_the_logistic_map(maps, r):
     assert str(fm.chaos.judge(logistic_points(maps, r), ["x"])) == "chaotic"
 
 
-@pytest.mark.parametrize("count", [120, 250, 1000, 3000])
+@pytest.mark.parametrize(
+    "count", [120, 250, pytest.param(1000, marks=pytest.mark.slow), pytest.param(3000, marks=pytest.mark.slow)]
+)
 def test_henon_through_all_its_signals(maps, count):
     points = maps["henon"](count)
     seen = np.column_stack([points, points @ [1.0, 1.0], points[:, 0] ** 3])
@@ -91,6 +103,7 @@ def test_henon_through_all_its_signals(maps, count):
     assert {str(found) for found in verdicts(seen, exponent=0.42, error=0.05)} == {"chaotic"}
 
 
+@pytest.mark.slow
 def test_lorenz_and_rossler_sections_are_chaotic(signals):
     """Maxima of z: Lorenz's own map; maxima of Rossler's x."""
     for name in ("lorenz z", "rossler x"):
@@ -105,7 +118,10 @@ def test_lorenz_and_rossler_sections_are_chaotic(signals):
 
 
 @pytest.mark.parametrize(("rotation", "coupling"), [(GOLDEN, 0.0), (GOLDEN, 0.8), (0.3337, 0.3), (math.pi / 10, 0.5)])
-@pytest.mark.parametrize("count", [200, *(pytest.param(n, marks=pytest.mark.slow) for n in (250, 500)), 1000])
+@pytest.mark.parametrize(
+    "count",
+    [200, *(pytest.param(n, marks=pytest.mark.slow) for n in (250, 500)), pytest.param(1000, marks=pytest.mark.slow)],
+)
 def test_closed_curves_through_all_signals(maps, rotation, coupling, count):
     angle = maps["circle"](count, rotation, coupling)
     points = np.column_stack([np.cos(angle), 0.1 * np.sin(angle) + 5.0, np.cos(angle) + 0.3 * np.sin(2.0 * angle)])
@@ -165,6 +181,7 @@ def test_a_motion_that_grows_without_end_is_no_chaos(rate, count):
         assert str(found) == "transient", found.reason
 
 
+@pytest.mark.slow
 def test_parametric_resonance_is_no_chaos():
     """Mathieu's equation in its first tongue: x grows by 1.37 each period of the parameter, 1e16 in 120 periods."""
     mathieu = fm.chaos.ODE(
