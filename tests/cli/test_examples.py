@@ -290,6 +290,7 @@ def test_nine_bar(printed):
     assert peaks > 10.0  # claim 2
 
 
+@pytest.mark.slow
 def test_rod_of_plates(printed):
     rows = numbers(r"frequency # Hz \(exact #\), deflection # mm, largest stress # MPa", printed("rod_of_plates"))
     assert len(rows) == 4

@@ -61,7 +61,7 @@ def stopped(mu: float, rate: float, t: np.ndarray) -> np.ndarray:
     return sign * c + sign * (0.3 - 2.0 * c * turns - c) * np.cos(w * t - turns * np.pi)
 
 
-@pytest.mark.parametrize("creep", [1e-4, 1e-8])
+@pytest.mark.parametrize("creep", [1e-4, pytest.param(1e-8, marks=pytest.mark.slow)])
 def test_friction_that_turns_round_within_a_step(creep):
     """The law changes its sign within a slip that steps leap over; the error falls with the step, or with rtol."""
 

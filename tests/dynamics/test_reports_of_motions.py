@@ -52,6 +52,7 @@ def test_a_report_shows_itself_and_advises_in_words_of_python(found):
     assert "Give a larger --keep." in too_short.text("--")
 
 
+@pytest.mark.slow
 def test_datasets_tree_and_file_agree(found, tmp_path):
     path = found.to_netcdf(tmp_path / "new" / "chaos.nc")
     assert set(found.groups) == {"", "motion", "series", "spectrum"}

@@ -77,7 +77,13 @@ def overlapping(figure):
     return pairs, [name.get_text() for name, is_in in zip(names, inside, strict=True) if not is_in], len(names)
 
 
-@pytest.mark.parametrize("name", sorted(ready()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n in ("andrews", "nine_bar", "n_four_bar", "four_bar") else n
+        for n in sorted(ready())
+    ],
+)
 @pytest.mark.parametrize("lengths", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_names_in_ready_mechanisms(name, lengths):
     pairs, outside, count = overlapping(ready()[name].plot(lengths=lengths))

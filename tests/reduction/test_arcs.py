@@ -25,7 +25,7 @@ def held(body, at, *more):
     return fm.Mechanism("held", [body, fm.Fixed("clamp", fm.GROUND, body, at=at), *more])
 
 
-@pytest.mark.parametrize("shear", [False, True])
+@pytest.mark.parametrize("shear", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_with_all_nodes_as_pins_nothing_is_lost(shear):
     """Stiffness and mass of all elements are those that the arc has for small displacements."""
     link = quarter(shear=shear)

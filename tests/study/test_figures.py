@@ -104,7 +104,7 @@ def test_no_penetration_in_flight(results):
     assert not any("ideal" in str(name) for name in shown.data_vars)
 
 
-@pytest.mark.parametrize("number", [16, 33])
+@pytest.mark.parametrize("number", [16, pytest.param(33, marks=pytest.mark.slow)])
 def test_paths(number, results):
     figure, shown = MOTIONS[number].draw(results)
     drawn = {line.get_gid(): line for _, line in lines_of(figure)}
@@ -157,6 +157,7 @@ def test_diagrams(number, results):
     assert len(points) == 4
 
 
+@pytest.mark.slow
 def test_the_cloud_of_the_slider(results):
     """Its mean is taken away, and its own place is drawn on the scale of the stroke."""
     figure, shown = DIAGRAMS[44].draw(results)
@@ -167,6 +168,7 @@ def test_the_cloud_of_the_slider(results):
     assert np.ptp(figure.axes[0].get_ylim()) == pytest.approx(1.1 * 76.0, abs=1.0)  # stroke of the ideal slider [mm]
 
 
+@pytest.mark.slow
 def test_exponents_have_a_panel_of_their_own(results, tmp_path):
     plate = DIAGRAMS[40]
     with_exponents = {}
@@ -183,6 +185,7 @@ def test_exponents_have_a_panel_of_their_own(results, tmp_path):
     np.testing.assert_array_equal(y, shown["rigid.exponent"])
 
 
+@pytest.mark.slow
 def test_failed_values_are_marked_and_have_no_points(results):
     plate = DIAGRAMS[44]
     broken = {run: results[run].assign(ok=("speed", [True, False])) for run in plate.runs}
