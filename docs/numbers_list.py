@@ -643,7 +643,7 @@ def _left_out() -> dict[str, str]:
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION
         engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.FINEST run.stopping.MOST_TRIALS
         run.stopping.TIMES_TARGET parts.controllers.control.JUST_BEFORE parts.controllers.control.LATEST_BREAK parts.controllers.control.TARGETS
-        run.saving.SAME_TIME run.run.LEAST_SEEN run.run.LEAST_CLEAR
+        run.saving.SAME_TIME run.saving.LARGEST_SHARE run.run.LEAST_SEEN run.run.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: engine.step.acceptance.END_OF_STEP run.saving.SAME_INSTANT
     round-off of the end of a run, four times: parts.drives.motions.SHORTEST_PULSE
     refuses what would take too long: parts.controllers.control.LEAST_SAMPLE
@@ -655,7 +655,6 @@ def _left_out() -> dict[str, str]:
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
         dynamics.series.embedding.BLOCK program.compiler.BEHIND program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         engine.sensitivity.signal_rows.STEP_ROWS program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
-        run.saving.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW
         results.drawing.CIRCLE_POINTS results.drawing.ARC_POINTS results.drawing.OVERHANG
     how many are printed or written: dynamics.report.LINES dynamics.report.ROUND_OFF dynamics.jobs.progress.EVERY
