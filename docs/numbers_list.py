@@ -399,6 +399,8 @@ statics.eigen.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no 
 statics.equilibrium.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
 statics.equilibrium.MOST_OF_LONG_STEP | iterations | nothing | the same of a load step that is longer than asked for
 statics.equilibrium.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
+statics.equilibrium.SAME_FORCES | 1 | largest multiplier | forces by multipliers that are balanced
+statics.equilibrium.RESTS | iterations | nothing | the same where multipliers are round-off
 statics.equilibrium.FOLLOWED | 1 | load step | difference from the tangents up to which a load step may be longer than asked for
 statics.equilibrium.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
 statics.equilibrium.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
