@@ -122,12 +122,7 @@ def _places_of_motion(label: str, solution: Solution, program: Program) -> np.nd
     if not set(solution.names) <= known.places.keys() or not complete:
         raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
     given, own = solution.restart.get("model"), program.fingerprint  # methods may have kernels of their own
-    if (
-        given is not None
-        and given.ndim == 2
-        and np.array_equal(given[0], own[0])
-        and not np.array_equal(given[1], own[1])
-    ):
+    if given is not None and [np.array_equal(*pair) for pair in zip(given, own, strict=False)] == [True, False]:
         raise InputError(f"{label}: the solution is of parts with other numbers. Give the mechanism that moved.")
     n, n_b = program.n_q, program.tables.sizes.n_b
     needed = (*known.names[:n_b], *known.names[n : n + n_b])

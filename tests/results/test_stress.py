@@ -227,6 +227,38 @@ FOUR_MODELS = {
 }
 
 
+ALUMINIUM = fm.Material(7e10, 2700.0, 0.33)
+OTHERS = {  # with other numbers than the one that moved
+    "reduced beams": [
+        lambda: fm.Reduced(beam(elements=8, material=ALUMINIUM), modes=3), lambda: fm.Reduced(beam(elements=8), 6),
+        lambda: fm.Reduced(beam(elements=10), modes=3), lambda: beam(elements=8),
+    ],
+    "mesh": [
+        lambda: replace(plate((10, 2)), material=ALUMINIUM), lambda: plate((12, 2)),
+        lambda: replace(plate((10, 2)), state="strain"), lambda: fm.Reduced(plate((10, 2)), modes=3),
+    ],
+    "reduced mesh": [
+        lambda: fm.Reduced(replace(plate((20, 2)), material=ALUMINIUM), modes=3),
+        lambda: fm.Reduced(plate((10, 2)), modes=3), lambda: fm.Reduced(plate((20, 2)), modes=6),
+        lambda: plate((20, 2)),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_stresses_of_a_file_need_the_body_that_moved(kind, tmp_path):
+    """Once a reduced bar of aluminium for one of steel had a third of its stress; other loads change nothing."""
+    body = FOUR_MODELS[kind]()
+    sol = pulled(body, force=(0.0, -300.0))
+    loaded = fm.load(sol.to_netcdf(tmp_path / "run.nc"))
+    same = fm.Mechanism("again", [FOUR_MODELS[kind](), fm.Fixed("wall", fm.GROUND, body, (0, 0))])
+    found = loaded.stress("rod", mechanism=same)
+    assert found["von_mises"].values == pytest.approx(sol.stress("rod")["von_mises"].values, rel=1e-6, abs=1.0)
+    for other in OTHERS[kind]:
+        with pytest.raises(InputError, match=r"'rod' is not the one that moved: its .* differ\. Give the mechanism"):
+            loaded.stress("rod", mechanism=sol.mechanism.with_part(other()))
+
+
 @pytest.mark.parametrize("kind", FOUR_MODELS)
 def test_middle_of_a_cantilever(kind):
     """P x^2 (3 L - x) / (6 E I) and a share of 3 E / (5/6 G) (h/L)^2 / 4 = 2 % by shear; start at the wall stays."""
