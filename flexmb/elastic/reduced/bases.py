@@ -182,7 +182,7 @@ def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array, own:
     if least > NEARLY:
         return first, None
     # And what vibrations leave of the static shapes, by Gram and Schmidt; those of loads first, since they are kept.
-    together, order = phi / lengths, np.roll(np.arange(len(sizes)), -own)
+    together, order = phi / lengths, [*range(own, len(sizes)), *range(own)]
     for k in order:
         left = unit[:, k]
         for _ in range(2):  # again, against round-off
