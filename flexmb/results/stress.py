@@ -130,8 +130,7 @@ def refuse_other_body(sol: Solution, body: Any, mechanism: Mechanism) -> None:
         np.abs(a - b).max(initial=0.0) > SAME_NUMBERS * np.abs(b).max(initial=0.0)
         for a, b in zip(moved, given, strict=True)
     ):
-        what = "beams" if body.theory == "beams" else "mesh, materials or kept shapes"
-        raise InputError(f"{body.label} is not the one that moved: its {what} differ. Give the mechanism that moved.")
+        raise InputError(f"{body.label} is not the one that moved: its numbers differ. Give the mechanism that moved.")
 
 
 def of_beams(sol: Solution, body: Any, mechanism: Mechanism, instants: np.ndarray) -> Stresses:
