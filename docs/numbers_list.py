@@ -313,6 +313,7 @@ statics.buckling.MISSED | 1 | a shape | residual of a load factor that is found
 statics.eigen.SLOW | 1 | largest omega^2 | modes below it are refined
 statics.eigen.SLOWEST | 1 | largest omega^2 | the same in the watch of vibrations
 statics.eigen.LOOKED_FOR | 1 | an eigenvalue | accuracy with which a lower one is looked for
+statics.eigen.COPIES | 1 | an eigenvalue | accuracy of further copies of eigenvalues with damping
 statics.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are dense
 statics.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for
 statics.eigen.DENSE_QUADRATIC_COORDINATES | unknowns | nothing | the same with damping

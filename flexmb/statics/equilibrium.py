@@ -137,8 +137,7 @@ class Equilibrium:
     def _reactions(self) -> list[str]:
         found = []
         for joint, (fx, fy, moment) in self.reactions.items():
-            force = float(np.hypot(fx, fy))
-            texts = [f"{force:.4g} N"] if force or not moment else []
+            texts = [f"{force:.4g} N"] if (force := float(np.hypot(fx, fy))) or not moment else []
             texts += [f"{moment:.4g} N m"] if moment else []
             found.append(f"{joint} {' and '.join(texts)}")
         return found
@@ -281,12 +280,10 @@ def _stride(
 ) -> tuple[np.ndarray, np.ndarray] | None:  # fmt: skip
     """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
     n, size = program.n_q, program.sizes
-    first = start[0]
-    q, lam = first.copy(), start[1].copy()
-    last = np.inf
+    q, lam = start
+    first, last = q, np.inf
     for _ in range(STRIDE_ITERATIONS):
-        v, a = spin.motion(q)
-        system.at(q, v, a, lam, weights=(1.0, 0.0, 0.0))
+        system.at(q, *spin.motion(q), lam, weights=(1.0, 0.0, 0.0))
         system.work.lu[diagonal] += viscosity
         downhill = is_stable(program, system.block(), system.jacobian) is not False
         force = system.force + system.constraint_force + viscosity * (q - first)
@@ -401,8 +398,7 @@ def at_rest(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium, from the reference pose on."""
     q = np.array(program.reference.q)
-    if free := unresisted(program, system, q):
-        # Loads alone resist some motions.
+    if free := unresisted(program, system, q):  # loads alone resist some motions
         found = relax(program, system, q, full)
         if found is None:
             check_independent(program, np.array(program.reference.q))
@@ -541,8 +537,7 @@ def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     if system.is_regular():
         return ""
-    K = system.block()
-    scale, rows = scaled(K, system.jacobian)
+    scale, rows = scaled(K := system.block(), system.jacobian)
     free = null_vector(sp.vstack([scale @ K @ scale, rows]))
     return "" if free is None else program.names.coordinates[int(np.abs(free).argmax())]
 
