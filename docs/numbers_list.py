@@ -313,6 +313,7 @@ statics.buckling.MISSED | 1 | a shape | residual of a load factor that is found
 statics.eigen.SLOW | 1 | largest omega^2 | modes below it are refined
 statics.eigen.SLOWEST | 1 | largest omega^2 | the same in the watch of vibrations
 statics.eigen.LOOKED_FOR | 1 | an eigenvalue | accuracy with which a lower one is looked for
+statics.eigen.COPIES | 1 | an eigenvalue | accuracy of further copies of eigenvalues with damping
 statics.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are dense
 statics.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for
 statics.eigen.DENSE_QUADRATIC_COORDINATES | unknowns | nothing | the same with damping
@@ -399,6 +400,8 @@ statics.eigen.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no 
 statics.equilibrium.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
 statics.equilibrium.MOST_OF_LONG_STEP | iterations | nothing | the same of a load step that is longer than asked for
 statics.equilibrium.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
+statics.equilibrium.SAME_FORCES | 1 | largest multiplier | forces by multipliers that are balanced
+statics.equilibrium.RESTS | iterations | nothing | the same where multipliers are round-off
 statics.equilibrium.FOLLOWED | 1 | load step | difference from the tangents up to which a load step may be longer than asked for
 statics.equilibrium.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
 statics.equilibrium.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
@@ -645,7 +648,7 @@ def _left_out() -> dict[str, str]:
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION
         engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.FINEST run.stopping.MOST_TRIALS
         run.stopping.TIMES_TARGET parts.controllers.control.JUST_BEFORE parts.controllers.control.LATEST_BREAK parts.controllers.control.TARGETS
-        run.saving.SAME_TIME run.run.LEAST_SEEN run.run.LEAST_CLEAR
+        results.stress.SAME_NUMBERS run.saving.SAME_TIME run.saving.LARGEST_SHARE run.run.LEAST_SEEN run.run.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: engine.step.acceptance.END_OF_STEP run.saving.SAME_INSTANT
     round-off of the end of a run, four times: parts.drives.motions.SHORTEST_PULSE
     refuses what would take too long: parts.controllers.control.LEAST_SAMPLE
@@ -657,7 +660,6 @@ def _left_out() -> dict[str, str]:
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
         dynamics.series.embedding.BLOCK program.compiler.BEHIND program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         engine.sensitivity.signal_rows.STEP_ROWS program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
-        run.saving.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW
         results.drawing.CIRCLE_POINTS results.drawing.ARC_POINTS results.drawing.OVERHANG
     how many are printed or written: dynamics.report.LINES dynamics.report.ROUND_OFF dynamics.jobs.progress.EVERY

@@ -96,18 +96,18 @@ def plain(value: Any) -> Any:
 LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})  # columns of their own, and drawings
 
 
-def values_text(fields: Mapping[str, Any], between: str = "; ") -> str:
-    """Values of a part or law in one line, from [value, unit] by field; zeros and disabled switches are left out."""
+def values_text(fields: Mapping[str, Any], between: str = "; ", units: Mapping[str, str] | None = None) -> str:
+    """Values of a part or law in one line, from [value, unit] by field, without zeros; `units`: others by units."""
     found = []
     for name, (value, unit) in fields.items():
         if name in LEFT_OUT or value is None or value is False or value == 0:
             continue
         word = name.replace("_", " ")
         if isinstance(value, Mapping):
-            inner = values_text(value["fields"], ", ")
+            inner = values_text(value["fields"], ", ", units)
             found.append(f"{word} {value['class']}" + (f" ({inner})" if inner else ""))
         else:
-            shown = "" if isinstance(value, str) else pretty(unit)  # a word has none
+            shown = "" if isinstance(value, str) else pretty((units or {}).get(unit, unit))  # a word has none
             found.append(word if value is True else f"{word} {_value_text(value)} {shown}".rstrip())
     return between.join(found)
 

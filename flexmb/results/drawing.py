@@ -250,8 +250,7 @@ def path(sol: Solution, point: kinds.Place, instants: np.ndarray) -> np.ndarray:
 def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[Line]:
     """All lines of the solution: outlines of rigid bodies and meshes, axes of beams, in the order of the shapes."""
     require_nodes(sol)
-    xi = np.linspace(0.0, 1.0, points_per_element)
-    found = []
+    xi, found = np.linspace(0.0, 1.0, points_per_element), []
     for shape in sol.shapes:
         if isinstance(shape, kinds.RigidShape):
             at = pose(sol, shape.part, shape.node, instants)[:, None]

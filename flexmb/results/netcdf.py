@@ -78,8 +78,7 @@ def flag_meanings(names: tuple[str, ...]) -> str:
 
 def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
     """Conventions, title, source, history and versions of a new file, by the mechanism and command of `model`."""
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    command = model.get("command")
+    now, command = datetime.now(UTC).isoformat(timespec="seconds"), model.get("command")
     typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"
     made = os.fsencode(typed).decode("utf-8", "replace")  # names of files need not be texts
     versions = [f"flexmb {installed_version()}", f"Python {platform.python_version()}"]

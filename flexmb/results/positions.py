@@ -87,24 +87,21 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | N
     consistent mass of beams and their bosses are counted, not masses on the nodes.
     Mass that couples bodies (elements of one's own) is counted where velocities of the chosen bodies feel it.
     """
-    program = compile_mechanism(mechanism)
-    label = f"momentum {mechanism.name!r}"
+    program, label = compile_mechanism(mechanism), f"momentum {mechanism.name!r}"
     checks.instance(label, "solution", solution, Solution, "what simulate(...) or load(...) returns")
     names = program.names.bodies if bodies is None else checks.sequence(label, "bodies", bodies, "names")
     for name in names:
         checks.one_of(label, "body", name, program.names.bodies)
     if not names:
         raise InputError(f"{label}: bodies is empty; name at least one, or leave it out for all.")
-    n_b = program.tables.sizes.n_b
-    places = _places_of_motion(label, solution, program)
+    n_b, places = program.tables.sizes.n_b, _places_of_motion(label, solution, program)
     owners = np.asarray([*program.names.bodies, *[""] * (program.n_q - n_b)])
     q, v = np.zeros((2, program.n_q))  # states of controls have no momentum
     chosen = np.isin(owners[np.asarray(program.reference.body[::3])], names)
     system, rows = StateEvaluation(program), []
     for values in solution.values:
         q[:n_b], v[:n_b] = values[places[:n_b]], values[places[n_b:]]
-        rigid = np.zeros((len(q), 3))
-        on = chosen.astype(float)
+        rigid, on = np.zeros((len(q), 3)), chosen.astype(float)
         rigid[0::3, 0], rigid[1::3, 1], rigid[2::3, 2] = on, on, on
         rigid[0::3, 2], rigid[1::3, 2] = -on * q[1::3], on * q[0::3]
         M = system.mass(q)
@@ -208,8 +205,7 @@ class FlexibleMotion:
     def laid(self) -> np.ndarray:
         """(n, m, 3) poses of the nodes of the unstressed body, stretched to its joints, with the turns of the body."""
         stretched = self.middle + self.stretch[:, None, None] * (self.reference[:, :2] - self.middle)
-        turned = self.reference[:, 2] + self.motion[:, 2, None]
-        at = drawing.carried(self.motion[:, None], stretched)
+        turned, at = self.reference[:, 2] + self.motion[:, 2, None], drawing.carried(self.motion[:, None], stretched)
         return np.concatenate([at, (turned + drawing.whole_turns(self.poses[..., 2] - turned))[..., None]], axis=-1)
 
     def deformation(self, points: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -242,8 +242,7 @@ class Solution:
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
         _ = self.signals.places  # two of one name are refused
-        n_s = len(self.signals)
-        time = _frozen("time", self.time, (None,))
+        n_s, time = len(self.signals), _frozen("time", self.time, (None,))
         self._set("time", time)
         self._set("values", _frozen("values", self.values, (len(time), n_s)))
         largest, when = self.peaks

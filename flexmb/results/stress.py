@@ -41,6 +41,7 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
 
 
 Wanted = Sequence[tuple[float, float] | int | str]
+Stresses = tuple["Places", dict[str, np.ndarray]]
 Times = Sequence[float] | None
 ALONG = np.array([0.0, 0.5, 1.0])  # places of stresses along an element
 
@@ -74,8 +75,9 @@ def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechan
     if not isinstance(part, ElasticBody):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
     if not part.whole_body.knows_stress:
-        text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
-        raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
+        raise InputError(f"{part.label}: a section does not know its outer fibre. Give outer_fibre=... [m] to it.")
+    if mechanism is not None:
+        refuse_other_body(sol, part, known)
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
     if part.theory == "beams":
         places, fields = of_beams(sol, part, known, instants)
@@ -109,19 +111,31 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
     """The mechanism that moved, or the given one for a solution that was read from a file."""
     known = sol.mechanism if mechanism is None else mechanism
     if known is None:
-        text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
-        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
+        raise InputError(f"Solution of {sol.name!r}: files do not hold {name!r}. Give mechanism=..., which moved.")
     return known
 
 
-def of_beams(
-    sol: Solution, body: Any, mechanism: Mechanism, instants: np.ndarray
-) -> tuple[Places, dict[str, np.ndarray]]:
+SAME_NUMBERS = 1e-6  # difference of numbers of the body over their largest, up to which they are equal
+OF_MESH = ("points", "cells", "materials", "material_of", "basis", "fibres")
+NUMBERS = {BeamShape: ("length", "axial", "ei"), MeshShape: OF_MESH}
+
+
+def refuse_other_body(sol: Solution, body: Any, mechanism: Mechanism) -> None:
+    """`InputError` for a body with other beams, or another mesh, materials or kept shapes, than the one that moved."""
+    moved, given = (
+        [np.array(getattr(s, n), float) for s in some for n in NUMBERS.get(type(s), ()) if s.part == body.name]
+        for some in (sol.shapes, body.shapes(mechanism))
+    )
+    if [a.shape for a in moved] != [b.shape for b in given] or any(
+        np.abs(a - b).max(initial=0.0) > SAME_NUMBERS * np.abs(b).max(initial=0.0)
+        for a, b in zip(moved, given, strict=True)
+    ):
+        raise InputError(f"{body.label} is not the one that moved: its numbers differ. Give the mechanism that moved.")
+
+
+def of_beams(sol: Solution, body: Any, mechanism: Mechanism, instants: np.ndarray) -> Stresses:
     """Stresses (n, 3 elements) at the start, in the middle and at the end of all elements."""
     shapes, axial, bending = body.shapes(mechanism), [], []
-    moved = [(s.length, s.axial, s.ei) for s in sol.shapes if isinstance(s, BeamShape) and s.part == body.name]
-    if moved != [(s.length, s.axial, s.ei) for s in shapes]:
-        raise InputError(f"{body.label} is not the one that moved: its beams differ. Give the mechanism that moved.")
     for shape, factor in zip(shapes, np.concatenate([section_factors(b, ALONG) for b in body.beams]), strict=True):
         motion = beam_motion(sol, shape, instants)
         if motion is None:
@@ -164,8 +178,7 @@ def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
             number = -1
         own = np.flatnonzero(places.nodes == number)
         if not len(own):
-            last = int(places.nodes.max())
-            known = f"(x, y) [m] in the reference configuration, or numbers of nodes from 0 to {last}"
+            known = f"(x, y) [m] in the reference configuration, or numbers of nodes from 0 to {places.nodes.max()}"
             names = f", or names: {', '.join(list(places.names)[-3:])}" if places.names else ""
             raise InputError(f"{label}: {point!r} is no known point. Give {known}{names}.")
         found += own.tolist()

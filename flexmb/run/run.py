@@ -301,7 +301,7 @@ class Run:
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
-            start_saving(self, saving, end)
+            start_saving(self, saving)
         self.flow.balance.residual_limit = self.stepper.residual_limit
         interval = NEVER if saving is None else saving
         if self.progress:
@@ -315,6 +315,8 @@ class Run:
                 now = float(self.flow.clock.t)
                 if not self.saved.is_at(now, 1e-6 * interval):
                     self.saved.add_one(now, self.record.signals)
+        except MemoryError:
+            self.note = f"Stopped: {self.saved.count:,} saved instants fill the memory; save fewer instants or signals"
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
             if is_in_job():
@@ -361,10 +363,7 @@ class Run:
                 self.advance(options, steps)
             if self.code == CONDITION_MET and self.stopping is not None:
                 self.code = end_at_crossing(self, self.stopping, begun, target, interval)
-            try:
-                self.empty_buffer(options)
-            except MemoryError:
-                self.note = "Stopped: the saved instants fill the memory; save fewer instants or signals"
+            self.empty_buffer(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))

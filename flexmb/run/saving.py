@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from numbers import Integral, Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -63,8 +65,8 @@ def _given(label: str, given: tuple[Any, ...], begin: float, end: float) -> Save
     return SaveGrid(float(gaps.min(initial=end - begin)), np.clip(times, begin, end))
 
 
-def start_saving(run: Run, saving: float, end: float) -> None:
-    """Save the present instant, or continue the save grid of a resumed run until `end`; `saving`: its interval [s]."""
+def start_saving(run: Run, saving: float) -> None:
+    """Save the present instant, or continue the save grid of a resumed run; `saving`: its interval [s]."""
     clock, times, run.saving = run.flow.clock, run.record.save_times, True
     fresh = bool(clock.save_start < 0.0)
     clock.save_start = clock.t if fresh else clock.save_start
@@ -73,8 +75,6 @@ def start_saving(run: Run, saving: float, end: float) -> None:
         fresh = run.saved.count == 0 and abs(times[0] - clock.t) <= SAME_INSTANT * saving
     elif saving > 0.0:  # counted anew, since the interval may be another one
         clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + SAME_INSTANT)
-    if saving > 0.0:
-        run.saved.expect(len(times) or int(min((end - clock.t) / saving, 1e9)) + 2)
     if fresh:
         run.saved.add_one(clock.t, run.record.signals)
 
@@ -87,40 +87,41 @@ def saves_end(run: Run, end: float) -> bool:
 
 # Saved rows of a run in one growing array, filled from the buffer of the loop
 
-MOST_RESERVED_BYTES = 1 << 30  # number of bytes at most that are reserved before the first row
+LARGEST_SHARE = 0.8  # share of the memory for saved rows; a system promises more than it has and then ends the process
+
+
+def free_memory() -> float:
+    """Memory that the system can still give [bytes]; inf where it does not tell."""
+    told = Path("/proc/meminfo")
+    words = told.read_text(encoding="ascii").partition("MemAvailable:")[2].split() if told.is_file() else []
+    return 1024.0 * float(words[0]) if words else math.inf
 
 
 class SavedRows:
     """Saved instants and their signals; `kept`: places (columns,) of these among all signals, None for all."""
 
     def __init__(self, columns: int, kept: np.ndarray | None = None) -> None:
-        self.kept = kept
-        self.count = 0
-        self._times = np.empty(0)
-        self._values = np.empty((0, columns))
+        self.kept, self.columns, self.count = kept, columns, 0
+        self._times, self._values = np.empty(0), np.empty((0, columns))
 
     def require_room(self, label: str, rows: float) -> None:
         """Refuse a number of rows for which there is no memory; `label`: first words of the error."""
-        columns = self._values.shape[1]
         try:
-            np.empty((int(min(rows, 1e15)), columns + 1))
+            np.empty((int(min(rows, 1e15)), self.columns + 1))
         except (MemoryError, ValueError) as error:  # ValueError: more than any array may have
-            text = f"{label}: save asks for {rows:.3g} instants of {columns} signals, {8e-9 * rows * columns:.3g} GB"
-            raise InputError(f"{text}. Save fewer instants, or fewer signals: signals=[...].") from error
-
-    def expect(self, rows: int) -> None:
-        """Reserve memory for a number of rows, at most MOST_RESERVED_BYTES."""
-        if self.count == 0:
-            rows = max(1, min(rows, MOST_RESERVED_BYTES // max(8 * self._values.shape[1], 1)))
-            self._times, self._values = np.empty(rows), np.empty((rows, self._values.shape[1]))
+            text = f"{label}: save asks for {rows:.3g} instants of {self.columns} signals"
+            size = f"{8e-9 * rows * self.columns:.3g} GB"
+            raise InputError(f"{text}, {size}. Save fewer instants, or fewer signals: signals=[...].") from error
 
     def add(self, times: np.ndarray, values: np.ndarray) -> None:
-        """Append rows (n, columns) at times (n,)."""
+        """Append rows (n, columns) at times (n,); `MemoryError` where the machine has no room for them."""
         end = self.count + len(times)
         if end > len(self._times):
-            self._resize(max(end, self.count + self.count // 2))
-        self._times[self.count : end], self._values[self.count : end] = times, values
-        self.count = end
+            most = LARGEST_SHARE * (self.count + free_memory() / (8 * self.columns + 8))
+            if end > most:
+                raise MemoryError
+            self._resize(int(min(max(end, self.count + self.count // 2), most)))
+        self._times[self.count : end], self._values[self.count : end], self.count = times, values, end
 
     def add_one(self, time: float, signals: np.ndarray) -> None:
         """Append one row, of all signals (n_y,)."""
@@ -153,7 +154,7 @@ class SavedRows:
             return
         if not self._times.flags.writeable:  # what was handed out stays as it is
             self._times, self._values = self._times.copy(), self._values.copy()
-        for array, shape in ((self._times, (rows,)), (self._values, (rows, self._values.shape[1]))):
+        for array, shape in ((self._times, (rows,)), (self._values, (rows, self.columns))):
             array.resize(shape, refcheck=False)
 
 

@@ -175,7 +175,7 @@ FEW_MODES_COORDINATES = 300  # number above which a sparse eigensolver is faster
 DENSE_QUADRATIC_COORDINATES = 150
 # omega^2 over the largest, below which modes are refined: 10 digits of omega^2 are left to slower ones, and 7 digits.
 SLOW, SLOWEST = 1e-6, 1e-9
-LOOKED_FOR = 1e-6  # accuracy of an eigenvalue that may lie below those found
+LOOKED_FOR, COPIES = 1e-6, 1e-9  # accuracy of an eigenvalue that may lie below those found, and of further copies
 LONGEST_SEARCH = 60  # number of steps of a search at most, which end after two or three
 MOST_RESTARTS = 10  # restarts of Lanczos' method at an end of a spectrum that may cluster at 0: nothing converges
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
@@ -345,10 +345,15 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> E
         text = "the stiffness is singular: hold the motions that only dampers resist, or model fewer elements"
         raise SolveError(f"modes: {text} ({error}).") from error
 
+    unit = 1.0
+
     def inverse(x: np.ndarray) -> np.ndarray:
-        """Apply the inverse operator: 1/s times (y, s y), with y = -K^-1 (C y + M (s y)) on the null space of G."""
-        load = C @ x[:n] + M @ x[n:]
-        return np.concatenate([-lu.solve(np.append(load, np.zeros(m)))[:n], x[:n]])
+        """Apply the inverse operator: 1/s times (y, s y/unit), y = -K^-1 (C y + M (s y)) on the null space of G."""
+        load = C @ x[:n] + unit * (M @ x[n:])
+        return np.concatenate([-lu.solve(np.append(load, np.zeros(m)))[:n], x[:n] / unit])
+
+    y = inverse(np.append(np.zeros(n), np.cos(np.arange(n) ** 2.0)))[:n]  # nearly a shape of the lowest |s|, the unit
+    unit = np.sqrt(np.linalg.norm(y) / np.linalg.norm(inverse(np.append(np.zeros(n), y))[:n])) if y.any() else 1.0
 
     try:
         values, x = largest_of(inverse, 2 * n, 2 * count + 2)
@@ -418,7 +423,7 @@ def largest_of(operator: Solve, size: int, count: int) -> Eigenpairs:
         start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
         try:
             operation = sp.linalg.LinearOperator((size, size), rest, dtype=float)
-            more, x = sp.linalg.eigs(operation, k=count, which="LM", v0=start)
+            more, x = sp.linalg.eigs(operation, k=count, which="LM", v0=start, tol=COPIES if len(found) else 0.0)
         except sp.linalg.ArpackNoConvergence as error:
             more, x = error.eigenvalues, error.eigenvectors
             if len(more) < count:  # else all that were asked for are there

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +18,10 @@ from flexmb import places as at
 from flexmb.display import counted, cut, listed
 from flexmb.engine.linalg.dense import bordered_solution
 from flexmb.engine.linalg.large import null_vector, scaled
-from flexmb.engine.system.constraints import report_forces
+from flexmb.engine.system.constraints import call_joint_load, report_forces
 from flexmb.engine.system.contacts import jacobians
 from flexmb.engine.system.state_evaluation import StateEvaluation
-from flexmb.engine.system.work import FORCE_X, FORCE_Y, MOMENT, MOTION_RATE, N_BY_GAP
+from flexmb.engine.system.work import FORCE_X, FORCE_Y, JOINT_FRICTION_FORCE, MOMENT, MOTION_RATE, N_BY_GAP
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record
 from flexmb.kernels import GAP_SIZE
@@ -28,7 +29,7 @@ from flexmb.late import sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, name_of, refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program, resolve
+from flexmb.program.program import LOAD_KERNEL, Program, resolve
 from flexmb.statics.eigen import is_stable
 from flexmb.statics.start.consistent import check_independent
 
@@ -109,8 +110,7 @@ class Equilibrium:
     aliases: dict[str, str] = field("other names of nodes")
     reactions: dict[str, tuple[float, float, float]] = field(
         "(fx, fy, moment) on the second body of every joint, coupling and drive [N, N m], of a `Coupling` of its last "
-        "joint, of teeth without their push apart; moment 0 where it carries none. What a body keeps within itself, as "
-        "the rotation of a particle, is none"
+        "joint; moment 0 where it carries none. What a body keeps within itself, as the rotation of a particle, is none"
     )
     iterations: int = field("Newton iterations of all load steps")
     spin: float = field("speed of the frame in which the mechanism is at rest, counter-clockwise", "rad/s", default=0.0)
@@ -137,8 +137,7 @@ class Equilibrium:
     def _reactions(self) -> list[str]:
         found = []
         for joint, (fx, fy, moment) in self.reactions.items():
-            force = float(np.hypot(fx, fy))
-            texts = [f"{force:.4g} N"] if force or not moment else []
+            texts = [f"{force:.4g} N"] if (force := float(np.hypot(fx, fy))) or not moment else []
             texts += [f"{moment:.4g} N m"] if moment else []
             found.append(f"{joint} {' and '.join(texts)}")
         return found
@@ -281,12 +280,10 @@ def _stride(
 ) -> tuple[np.ndarray, np.ndarray] | None:  # fmt: skip
     """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
     n, size = program.n_q, program.sizes
-    first = start[0]
-    q, lam = first.copy(), start[1].copy()
-    last = np.inf
+    q, lam = start
+    first, last = q, np.inf
     for _ in range(STRIDE_ITERATIONS):
-        v, a = spin.motion(q)
-        system.at(q, v, a, lam, weights=(1.0, 0.0, 0.0))
+        system.at(q, *spin.motion(q), lam, weights=(1.0, 0.0, 0.0))
         system.work.lu[diagonal] += viscosity
         downhill = is_stable(program, system.block(), system.jacobian) is not False
         force = system.force + system.constraint_force + viscosity * (q - first)
@@ -306,6 +303,8 @@ def _stride(
 
 MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10  # Newton iterations at most, and in a step longer than asked for
 STEP_ROUND_OFF = 1e-11
+# Change of multipliers relative to the largest, up to which forces by multipliers balance; else iterations at rest.
+SAME_FORCES, RESTS = 1e-9, 4
 # Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
 # the end of a load step, which is compared with factors of 4 and 10.
 STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
@@ -369,7 +368,7 @@ def static_equilibrium(
     system = StateEvaluation(program)
     check_spin("static_equilibrium", mechanism, program, system.at(program.reference.q), full)
     q, lam, total, stable = settled(mechanism, program, system, load_steps, full)
-    forces, names = reactions(program, full.at(system, q, lam), lam), program.names
+    forces, names = reactions(program, full.at(system, q, lam), q, lam), program.names
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
 
 
@@ -399,8 +398,7 @@ def at_rest(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium, from the reference pose on."""
     q = np.array(program.reference.q)
-    if free := unresisted(program, system, q):
-        # Loads alone resist some motions.
+    if free := unresisted(program, system, q):  # loads alone resist some motions
         found = relax(program, system, q, full)
         if found is None:
             check_independent(program, np.array(program.reference.q))
@@ -419,8 +417,7 @@ def _grow_loads(
     lam, grow = np.zeros(program.n_c), load_growth(mechanism, program)
     system.program = grow(0.0)
     start = system.at(q).force
-    # a drive stands elsewhere: go there first
-    if np.abs(system.residual).max(initial=0.0) > CLOSED_GAP * program.length:
+    if np.abs(system.residual).max(initial=0.0) > CLOSED_GAP * program.length:  # a drive stands elsewhere: first there
         closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
         q, lam = closed[:2] if closed is not None else (q, lam)
     done, stride, total, usual = 0.0, 1.0, 0, 1.0 / load_steps
@@ -476,8 +473,7 @@ def _newton(
     most: int = MOST_ITERATIONS,
 ) -> Solved | None:  # fmt: skip
     """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
-    n, last, tangent = program.n_q, np.inf, np.zeros(0)
-    q, lam, size = q.copy(), lam.copy(), program.sizes
+    n, size, last, tangent, rest = program.n_q, program.sizes, np.inf, np.zeros(0), 0
     for iteration in range(1, most + 1):
         try:
             d = correction(system, q, lam, held, spin, STEP_ACCURACY)
@@ -488,9 +484,10 @@ def _newton(
             return None
         tangent = tangent if len(tangent) else d[:n]
         factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
-        q += factor * d[:n]
-        lam += factor * d[n:]
-        if step <= STEP_ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
+        q, lam = q + factor * d[:n], lam + factor * d[n:]
+        rest = rest + 1 if step <= STEP_ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last) else 0
+        same = np.abs(d[n:]).max(initial=0.0) <= SAME_FORCES * np.abs(lam).max(initial=0.0)
+        if rest > (RESTS if program.tables.sizes.has_joint_friction and not same else 0):
             return q, lam, iteration, tangent
         last = step
     return None
@@ -522,15 +519,11 @@ def correction(
     system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin, accuracy: float = 0.0
 ) -> np.ndarray:
     """Newton's correction of (q, lam), as accurate as `StateEvaluation.solve`; `SolveError` for a singular matrix."""
-    if not spin.speed:
-        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
-    else:
-        K, _, _ = spin.matrices(system, q, lam)
+    K: Any = spin.matrices(system, q, lam)[0] if spin.speed else system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
     if not spin.speed:
         return system.solve(rest, "static equilibrium", accuracy)
-    # the turning matrix has its own pattern
-    n, scale = len(q), abs(K).max()
+    n, scale = len(q), abs(K).max()  # the turning matrix has its own pattern
     rest[:n] /= scale
     d = bordered_solution(K / scale, system.jacobian, rest)
     if d is None:
@@ -544,8 +537,7 @@ def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     if system.is_regular():
         return ""
-    K = system.block()
-    scale, rows = scaled(K, system.jacobian)
+    scale, rows = scaled(K := system.block(), system.jacobian)
     free = null_vector(sp.vstack([scale @ K @ scale, rows]))
     return "" if free is None else program.names.coordinates[int(np.abs(free).argmax())]
 
@@ -557,21 +549,27 @@ def free_motion_error(program: Program, free: str) -> str:
 
 
 def reactions(
-    program: Program, system: StateEvaluation, lam: np.ndarray, *, driving: bool = False
+    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, *, driving: bool = False
 ) -> dict[str, tuple[float, float, float]]:
-    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, at q (n_q,) with multipliers lam (n_c,)."""
     # Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
     # `driving`: the last number of a drive is its torque or force.
-    report_forces(program.tables, lam, system.work)
+    work, C, full, own = system.work, program.tables.constraints, np.append(q, np.zeros(3)), set(program.names.bodies)
+    report_forces(program.tables, lam, work)
     found: dict[str, tuple[float, float, float]] = {}
-    own, C = set(program.names.bodies), program.tables.constraints
     for c in range(len(C.kernel)):
         name = program.names.rows[int(C.row[c])].partition("[")[0]
         if name in own:
             continue
-        fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
+        fx, fy, moment = work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
+        if C.joint_friction[c, LOAD_KERNEL] >= 0 and C.forces[c] == 0 and C.second[c, 0] >= 0:  # teeth, strands
+            dofs = C.dofs[C.dof[c] : C.dof[c + 1]]
+            work.ql[: len(dofs)] = full[dofs]
+            call_joint_load(program.tables, program.addresses, c, len(dofs), lam, work)
+            push = work.joint_friction[c, JOINT_FRICTION_FORCE] * work.joint_friction_out[at.SLIDING + C.second[c]]
+            fx, fy = fx + push[0], fy + push[1]
         if C.moment[c] < 0 and C.second[c, 0] < 0:  # rotations are coupled: the moment on the last of them
-            moment *= system.work.G[C.pos_g[c + 1] - 1]
+            moment *= work.G[C.pos_g[c + 1] - 1]
         elif C.moment[c] < 0 and not (driving and C.motion[C.row[c]] >= 0):
             moment = 0.0
         found[name] = (float(fx), float(fy), float(moment))

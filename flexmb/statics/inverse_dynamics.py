@@ -100,7 +100,7 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
         q, _ = close_loops(program, {}, start=q, t=float(t))
         v = rigid_velocities(program, q, float(t))
         a, lam = accelerations(program, q, v, float(t))
-        rows.append((q, v, a, reactions(program, system.at(q, v, a, lam, t=float(t)), lam, driving=True)))
+        rows.append((q, v, a, reactions(program, system.at(q, v, a, lam, t=float(t)), q, lam, driving=True)))
     forces = {name: np.array([row[3][name] for row in rows]) for name in (rows[0][3] if rows else {})}
     q_all, v_all, a_all = (np.array([row[k] for row in rows]) for k in range(3))
     names, findings = program.names, tuple(_findings(mechanism))

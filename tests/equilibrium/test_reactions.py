@@ -1,5 +1,8 @@
 """Reactions of an equilibrium in words: forces and moments of joints with their units, no constraints within bodies."""
 
+import math
+
+import numpy as np
 import pytest
 
 import flexmb as fm
@@ -63,8 +66,8 @@ def test_couplings_press_their_second_body():
     pushed.append(lambda _: fm.Force("F", rack, (0.0, 0.1), (10.0, 0.0)))
     toothed = held_wheel(*pushed, lambda wheel: fm.couplings.Rack("R", wheel, rack, at=(0.0, 0.1)))
     slid = held_wheel(*pushed, lambda _: fm.couplings.Coupling("R", {"O": 1.0, "guide": 2.0}))
-    for pose in (toothed, slid):  # once a moment of 10 and -5 N m
-        assert pose.force("R") == pytest.approx((-10.0, 0.0, 0.0), abs=1e-9)
+    for pose, apart in ((toothed, math.tan(math.radians(20.0))), (slid, 0.0)):  # once a moment of 10 and -5 N m
+        assert pose.force("R") == pytest.approx((-10.0, 10.0 * apart, 0.0), abs=1e-9)
 
 
 def test_a_rod_and_a_drive_along_carry_a_weight_by_forces():
@@ -81,3 +84,56 @@ def test_a_rod_and_a_drive_along_carry_a_weight_by_forces():
         assert "N m" not in repr(pose)
     needed = fm.inverse_dynamics(fm.Mechanism("weight", driven, gravity=(0.0, -9.81)), [0.0])
     assert needed.torque("held") == pytest.approx([19.62])
+
+
+O, Q, PULL = (0.0, 0.0), (0.048, 0.036), np.array([1.0, -9.81])
+MESHES = {
+    "outside": (lambda one, two: fm.Gear("mesh", one, two, teeth=(20, 40)), 1 / 3),
+    "inside": (lambda one, two: fm.Gear("mesh", one, two, teeth=(20, 40), internal=True), -1.0),
+    "belt": (lambda one, two: fm.couplings.Belt("mesh", one, two, radii=(0.02, 0.05)), -2 / 3),
+    "tight belt": (lambda one, two: fm.couplings.Belt("mesh", one, two, radii=(0.02, 0.05), pretension=900.0), -2 / 3),
+}
+
+
+@pytest.mark.parametrize("load", [5.0, -5.0])
+@pytest.mark.parametrize("held", ["drive", "spring"])
+@pytest.mark.parametrize("case", MESHES)
+def test_forces_and_moments_on_every_wheel_are_in_balance(case, held, load):
+    """Pins, weights and teeth or strands, whose force acts at the pitch point; once teeth pushed nothing apart, and
+    pins of wheels that do not move held nothing of that."""
+    mesh, along = MESHES[case]
+    one, two = (fm.RigidBody(name, at=at, mass=0.5, inertia=1e-3) for name, at in (("one", O), ("two", Q)))
+    spring = fm.TorsionSpring("motor", fm.GROUND, one, stiffness=50.0)
+    motor = fm.Drive("motor", "O", fm.ConstantSpeed(10.0)) if held == "drive" else spring
+    pins = [fm.Revolute(name, fm.GROUND, body, at=at) for name, body, at in (("O", one, O), ("Q", two, Q))]
+    parts = [one, two, *pins, mesh(one, two), motor, fm.Torque("load", two, load)]
+    mechanism = fm.Mechanism("train", parts, gravity=tuple(PULL))
+    pose = fm.static_equilibrium(mechanism)
+    found = [(pose.reactions, pose["one.theta"] * -50.0)]
+    if held == "drive":
+        motion = fm.inverse_dynamics(mechanism, [0.0, 0.1])
+        found[0] = pose.reactions, pose.force("motor")[2]
+        found += [({name: row[k] for name, row in motion.forces.items()}, motion.torque("motor")[k]) for k in (0, 1)]
+    for forces, torque in found:
+        first, second, teeth = (np.array(forces[name][:2]) for name in ("O", "Q", "mesh"))
+        assert second + teeth + 0.5 * PULL == pytest.approx(0.0, abs=1e-9)
+        assert first - teeth + 0.5 * PULL == pytest.approx(0.0, abs=1e-9)
+        pitch = along * np.array(Q)
+        about_one, about_two = (x * teeth[1] - y * teeth[0] for x, y in (pitch, pitch - Q))
+        assert torque - about_one == pytest.approx(0.0, abs=1e-9)
+        assert load + about_two == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("load", [10.0, -10.0])
+def test_a_rack_and_its_pinion_are_in_balance(load):
+    """Teeth of 20 degrees press them apart with .364 of the force along the rack, whichever way it acts."""
+    rack = fm.RigidBody("rack", at=(0.0, 0.1), mass=2.0, inertia=1.0)
+    pushed = [lambda _: rack, lambda _: fm.Prismatic("guide", fm.GROUND, rack, along=(1.0, 0.0))]
+    pushed.append(lambda _: fm.Force("F", rack, (0.0, 0.1), (load, 0.0)))
+    pose = held_wheel(*pushed, lambda wheel: fm.couplings.Rack("R", rack=rack, pinion=wheel, at=(0.0, 0.1)))
+    x, y, _ = pose.force("R")
+    second = np.array([x, y])
+    assert abs(y) == pytest.approx(math.tan(math.radians(20.0)) * abs(x), rel=1e-9)
+    assert abs(x) == pytest.approx(10.0)
+    for sign, pin, other in ((-1.0, "O", (0.0, 0.0)), (1.0, "guide", (load, 0.0))):
+        assert sign * second + pose.force(pin)[:2] + other == pytest.approx(0.0, abs=1e-9)

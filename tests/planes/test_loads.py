@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.elastic.reduced.bases import inertia_loads
 from flexmb.elastic.reduced.superelement import left_out
 from flexmb.errors import InputError, ModelError, SolveError
 from flexmb.model.contributions import ElementContribution
@@ -283,6 +284,20 @@ def corner():
 
 def beam():
     return fm.FlexibleLink("rod", (0.0, 0.0), (0.3, 0.0), section=fm.Rectangle(0.01, 0.02), material=STEEL)
+
+
+@pytest.mark.parametrize("forces", [[(0.0, 1e5)], [(3e4, 4e4)], [(1e5, 0.0), (2e4, 1e5)]])
+def test_a_uniform_force_takes_the_place_of_a_shape_of_inertia(forces):
+    """Of equal density it bends as an acceleration does; all loads of both kinds bend exactly, and motions stay."""
+    loads = [fm.loads.BodyForce(f"p{k}", bar(), force) for k, force in enumerate(forces)]
+    plain = fm.Reduced(bar(), 3, inertia_shapes=True)
+    body = fm.Reduced(bar(), 3, inertia_shapes=True, load_shapes=loads)
+    columns = [body.model.shape.T @ load.on(body.plane).forces.ravel() for load in loads]
+    for force in (*columns, *inertia_loads(body.model).values()):
+        whole, left = left_out(body, force)
+        assert abs(left) < 1e-10 * whole
+    assert body.basis.loaded == plain.basis.loaded == 4  # whatever the number of loads
+    assert body.frequencies(6) == pytest.approx(plain.frequencies(6), rel=1e-9)
 
 
 REFUSED = {

@@ -143,6 +143,15 @@ def test_words_have_no_unit_and_motions_that_of_what_they_drive(slider_crank, ru
         assert "centred m" not in text
 
 
+def test_names_that_read_like_units_stay(tmp_path):
+    """Once the joint of the drive was called "way in m"."""
+    body = fm.RigidBody("body", at=(0.0, 0.0), mass=1.0, inertia=0.1)
+    guide = fm.Prismatic("way in rad or m", fm.GROUND, body, along=(1.0, 0.0))
+    pushed = fm.Drive("motor", guide.name, fm.drives.Harmonic(0.1, frequency=2.0, mean=0.2))
+    page = Page(fm.report(fm.simulate(fm.Mechanism("pushed", [body, guide, pushed]), t_end=0.1), tmp_path / "run.html"))
+    assert "joint way in rad or m; motion Harmonic (amplitude 0.1 m, frequency 2 Hz, mean 0.2 m)" in page.text
+
+
 def test_journal_and_its_clearance(slider_crank, run_page):
     _, sol = slider_crank
     (journal,) = run_page.data["journals"]

@@ -20,6 +20,7 @@ from flexmb.dynamics.jobs.files import whole_file
 from flexmb.engine.compiled import ahead
 from flexmb.errors import FileFormatError, FlexmbError, InputError
 from flexmb.results.solution import Solution
+from flexmb.run import saving
 from flexmb.run.checkpoint import Checkpoints
 
 
@@ -124,6 +125,27 @@ def test_links_are_followed_and_devices_stay(tmp_path):
 def test_more_instants_than_the_memory_holds_are_refused_before_the_run():
     with pytest.raises(InputError, match=r"save asks for 1e\+09 instants of .* GB\. Save fewer"):
         fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3, save=10**9)
+
+
+@pytest.mark.parametrize("save", ["steps", 10**5])
+@pytest.mark.parametrize("sampled", [False, True])
+def test_a_run_whose_rows_fill_the_memory_ends_with_a_status(save, sampled, monkeypatch):
+    """With 20 kB beside the rows, the run stops where these are full, before the system ends the process."""
+    model = servo().mechanism if sampled else fm.mechanisms.slider_crank()
+    monkeypatch.setattr(saving, "free_memory", lambda: 2e4, raising=False)
+    sol = fm.simulate(model, t_end=2.0, step=1e-4, save=save, signals=["energy.kinetic"], max_steps=30_000)
+    assert not sol.ok
+    assert f"{len(sol.time):,} saved instants fill the memory; save fewer instants or signals, at t = " in sol.status
+    assert 3e4 < sol.values.nbytes + sol.time.nbytes <= 8e4  # 0.8 of the rows and what is free beside them
+    assert np.isfinite(sol.values).all()
+
+
+def test_free_memory_is_that_of_the_system():
+    """Touched pages are taken from it."""
+    before = saving.free_memory()
+    taken = np.ones(1 << 25)
+    after = saving.free_memory()
+    assert before == after == np.inf or (0.0 < after < before and 0.5 < (before - after) / taken.nbytes < 2.0)
 
 
 def test_a_run_with_a_sampled_controller_writes_checkpoints(tmp_path, monkeypatch):

@@ -212,7 +212,7 @@ def test_bad_questions(tmp_path):
         loaded.stress("rod")
     again = loaded.stress("rod", ["end"], mechanism=sol.mechanism, times=[RAMP])
     other = beam(section=fm.Rectangle(width=0.02, height=0.03))
-    with pytest.raises(InputError, match=r"is not the one that moved: its beams differ. Give the mechanism"):
+    with pytest.raises(InputError, match=r"is not the one that moved: its numbers differ. Give the mechanism"):
         loaded.stress("rod", mechanism=sol.mechanism.with_part(other))
     assert again["von_mises"].equals(sol.stress("rod", ["end"]).isel(time=[-1])["von_mises"])
     assert (loaded.peak("rod.von_mises").node, loaded.peak("rod.von_mises").place) == (0, None)
@@ -225,6 +225,40 @@ FOUR_MODELS = {
     "mesh": lambda: plate((10, 2)),
     "reduced mesh": lambda: fm.Reduced(plate((20, 2)), modes=3),
 }
+
+
+ALUMINIUM = fm.Material(7e10, 2700.0, 0.33)
+OTHERS = {  # with other numbers than the one that moved
+    "reduced beams": [
+        lambda: fm.Reduced(beam(elements=8, material=ALUMINIUM), modes=3), lambda: fm.Reduced(beam(elements=8), 6),
+        lambda: fm.Reduced(beam(elements=10), modes=3), lambda: beam(elements=8),
+    ],
+    "mesh": [
+        lambda: replace(plate((10, 2)), material=ALUMINIUM), lambda: plate((12, 2)),
+        lambda: replace(plate((10, 2)), state="strain"), lambda: fm.Reduced(plate((10, 2)), modes=3),
+    ],
+    "reduced mesh": [
+        lambda: fm.Reduced(replace(plate((20, 2)), material=ALUMINIUM), modes=3),
+        lambda: fm.Reduced(plate((10, 2)), modes=3), lambda: fm.Reduced(plate((20, 2)), modes=6),
+        lambda: plate((20, 2)),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_stresses_of_a_file_need_the_body_that_moved(kind, tmp_path):
+    """Once a reduced bar of aluminium for one of steel had a third of its stress; other loads change nothing."""
+    body = FOUR_MODELS[kind]()
+    sol = pulled(body, force=(0.0, -300.0))
+    loaded = fm.load(sol.to_netcdf(tmp_path / "run.nc"))
+    same = fm.Mechanism("again", [FOUR_MODELS[kind](), fm.Fixed("wall", fm.GROUND, body, (0, 0))])
+    found = loaded.stress("rod", mechanism=same)
+    assert found["von_mises"].values == pytest.approx(sol.stress("rod")["von_mises"].values, rel=1e-6, abs=1.0)
+    for other in OTHERS[kind]:
+        with pytest.raises(
+            InputError, match=r"'rod' is not the one that moved: its numbers differ\. Give the mechanism"
+        ):
+            loaded.stress("rod", mechanism=sol.mechanism.with_part(other()))
 
 
 @pytest.mark.parametrize("kind", FOUR_MODELS)

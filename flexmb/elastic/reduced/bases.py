@@ -181,16 +181,18 @@ def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array, own:
     least = la.eigvalsh(first.T @ (K @ first))[0]
     if least > NEARLY:
         return first, None
-    together = phi / lengths  # and what these leave of the static shapes, by Gram and Schmidt
-    for k, left in enumerate(unit.T.copy()):
+    # And what vibrations leave of the static shapes, by Gram and Schmidt; those of loads first, since they are kept.
+    together, order = phi / lengths, [*range(own, len(sizes)), *range(own)]
+    for k in order:
+        left = unit[:, k]
         for _ in range(2):  # again, against round-off
-            left -= together @ (together.T @ (K @ left))  # noqa: PLW2901 - a row of the copy
+            left = left - together @ (together.T @ (K @ left))
         if (share := float(left @ (K @ left))) > LEAST_SHARE:
             together = np.column_stack([together, left / math.sqrt(share)])
         elif least > LEAST_SHARE or k < own:
             return first, (None if least > LEAST_SHARE else k)
     if together.shape[1] == rest.shape[1] + len(sizes):
-        return np.roll(together, len(sizes), axis=1), None
+        return together[:, [*(rest.shape[1] + np.argsort(order)), *range(rest.shape[1])]], None
     text = f"{model.label}: static shapes are none (loads on rigid pins alone, of size 0), or combinations of each"
     raise InputError(f"{text} other or of the modes. Keep fewer modes, leave out such loads, or take more elements.")
 

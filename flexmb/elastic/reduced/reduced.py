@@ -92,7 +92,7 @@ class Reduced(MeshBody):
     - pins: left out, the corners of beams, the holes of a plane body.
     - frame: of "chord" it follows the positions of all pins; of "pin", or where all pins stand at one place, the first.
     - inertia_shapes: a node "inertia" for unit accelerations along x, along y and about the first pin, and a shape for
-      a steady rotation beside the modes, less those that these hold.  Weight and rotations then bend and stress
+      a steady rotation beside the modes, less those that modes or loads hold.  Weight and rotation then bend and stress
       exactly, and all stress inside counts in the stiffening.
     - load_shapes: such a load on edges or in the body bends the body exactly, beside the modes, with its exact stress,
       which counts in the stiffening.

@@ -207,9 +207,9 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> html.Markup
 
 def _values(sol: Solution, part: Mapping[str, Any]) -> str:
     """Values of a part in one line; motions of a drive have the unit of its signals."""
-    speed, text = f"{part['name']}.speed", values_text(part["fields"])
+    speed = f"{part['name']}.speed"
     unit = sol.units(speed) if speed in sol else ""
-    return text.replace("rad/s or m/s", unit).replace("rad or m", unit[:-2]) if unit else text
+    return values_text(part["fields"], units={"rad/s or m/s": unit, "rad or m": unit[:-2]} if unit else None)
 
 
 def _ends(fields: Mapping[str, Any]) -> str:
