@@ -50,6 +50,25 @@ def test_a_scotch_yoke_moves_as_a_cosine():
     np.testing.assert_allclose(sol.array("P.travel"), 0.1 * np.sin(20.0 * sol.time), atol=between * 0.1)
 
 
+@pytest.mark.parametrize("wears", [False, True])
+def test_the_rate_of_the_eccentricity_is_its_derivative_in_a_slot_that_turns(wears):
+    """The pin travels along the slot at up to 2 m/s, which is none of the eccentricity's rate."""
+    arm, pin = fm.RigidBody("arm", (0.15, 0.05), 1.0, 0.02, theta=0.4), fm.RigidBody("pin", (0.35, 0.05), 0.4, 2e-3)
+    numbers = {"clearance": C, "pin_radius": 0.004, "normal": fm.KelvinVoigt(1e6, 2e2, ramp=1e-6)}
+    slot = fm.PinSlotClearance("P", arm, pin, at=(0.3, 0.1), along=(1.0, 2.0), **numbers)
+    if wears:
+        slot = slot.worn_by(fm.wear.Archard(bearing=1e-20, width=0.02), 0.4)
+    turning = fm.Revolute("O", fm.GROUND, arm, at=(0.0, 0.0)), fm.Drive("motor", "O", fm.ConstantSpeed(9.0))
+    mech = fm.Mechanism("slot", (arm, pin, *turning, slot), gravity=(0.0, -9.81))
+    sol = fm.simulate(mech, t_end=0.1, save="steps")
+    assert sol.ok, sol.status
+    assert np.abs(sol.array("P.speed")).max() > 1.0
+    for place, rate in (("P.ex", "P.vex"), ("P.ey", "P.vey")):
+        e, v = sol.array(place), sol.array(rate)
+        way = np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(sol.time))
+        assert np.abs(e[1:] - e[0] - way).max() <= 0.02 * np.ptp(e)
+
+
 def test_with_little_play_it_tends_to_the_ideal_one():
     """The yoke lags by the play at most, plus how far the contact is pressed in."""
     sol = fm.simulate(scotch_yoke(worn), periods=1, save=200)

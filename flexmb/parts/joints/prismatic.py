@@ -434,24 +434,23 @@ def slot_gap_kernel(p, q, v, out):
         size = math.sqrt(ex * ex + ey * ey)
         nx, ny = ex / size, ey / size
     ahead = radius + 0.5 * (c + size) - size  # from the pin's centre to the contact point
-    X, Y = q[3] + bx + ahead * nx, q[4] + by + ahead * ny
-    contact_point.put_point(out, q, v, c - size, nx, ny, X, Y)
+    contact_point.put_point(out, q, v, c - size, nx, ny, q[3] + bx + ahead * nx, q[4] + by + ahead * ny)
     vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
     wx, wy = (size * nx, size * ny) if side else (ex, ey)
+    if side:  # the middle line turns; the way along it does not count
+        vx, vy = -out[places.GAP_RATE] * nx - v[2] * wy, -out[places.GAP_RATE] * ny + v[2] * wx
     contact_point.put_eccentricity(out, wx, wy, vx, vy)
     for j in range(6):
         # of the pin's centre from the middle, or the round end
         gx, gy, _, _ = contact_point.difference_column(j, ax, ay, bx, by)
         Xq, Yq = (gx, gy) if j > 2 else (0.0, 0.0)
+        grows = nx * gx + ny * gy
         if side:
             nqx, nqy = (-ny, nx) if j == 2 else (0.0, 0.0)
-            grows = nx * gx + ny * gy
-            if j == 2:  # the line turns, too
-                grows += -ny * ex + nx * ey
+            grows += nx * ey - ny * ex if j == 2 else 0.0  # the line turns, too
         else:
             turn = (nx * gy - ny * gx) / size
             nqx, nqy = -ny * turn, nx * turn
-            grows = nx * gx + ny * gy
         contact_point.put_column(
             out, j, nqx, nqy, Xq + ahead * nqx - 0.5 * grows * nx, Yq + ahead * nqy - 0.5 * grows * ny
         )

@@ -103,6 +103,9 @@ def worn_side_gap_kernel(p, q, v, out):
     put_point(out, q, v, -depth, nx, ny, q[3] + bx + ahead * nx, q[4] + by + ahead * ny)
     vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
     wx, wy = (ex, ey) if p[SIDE] != 0.0 else (-across * uy, across * ux)
+    if p[SIDE] == 0.0:  # the middle line turns; the way along it does not count
+        rate = ux * vy - uy * vx - v[2] * (ux * ex + uy * ey)
+        vx, vy = -rate * uy - v[2] * wy, rate * ux + v[2] * wx
     put_eccentricity(out, wx, wy, vx, vy)
     gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
     for j in range(6):
