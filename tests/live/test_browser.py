@@ -96,6 +96,7 @@ def test_fields_take_numbers_and_refuse_others(tab_of, crank_page):
     assert not tab.get_by_role("button", name="Undo").is_enabled()
     field.fill("2,5e2")
     field.press("Enter")
+    until(tab, "flexmbLive.run.values.speed === 250")
     settled(tab)
     assert values(tab)["speed"] == 250.0
     tab.get_by_label("none").check()
