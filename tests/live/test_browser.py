@@ -47,8 +47,9 @@ def tab_of(browser):
 
 
 def settled(tab):
-    until(tab, "!flexmbLive.waiting && !flexmbLive.sent")
-    tab.wait_for_timeout(50)
+    for _ in range(2):  # what waits for a timer of the page is sent meanwhile
+        until(tab, "!flexmbLive.waiting && !flexmbLive.sent")
+        tab.wait_for_timeout(100)
 
 
 def values(tab):
