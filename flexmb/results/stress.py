@@ -111,7 +111,7 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
     """The mechanism that moved, or the given one for a solution that was read from a file."""
     known = sol.mechanism if mechanism is None else mechanism
     if known is None:
-        raise InputError(f"Solution of {sol.name!r}: files do not hold {name!r}. Give mechanism=..., which moved.")
+        raise InputError(f"Solution of {sol.name!r}: files do not hold {name!r}. Give mechanism=..., as it moved.")
     return known
 
 

@@ -139,7 +139,7 @@ FAULTS = {
     "why",
     [
         pytest.param(n, marks=pytest.mark.slow)
-        if n[:8] in ("llvmlite", "Python c", "platform", "is not w", "cannot b", "not ther")
+        if n.startswith(("llvmlite", "Python", "platform", "is not whole", "cannot be read", "not there"))
         else n
         for n in FAULTS
     ],

@@ -288,7 +288,7 @@ def wear_out(
     fingerprint = {"flexmb": installed_version(), "mechanism": digest(mechanism), "runs": digest([step, method])}
     fingerprint |= {name: repr(value) for name, value in settings.items()}
     if resume and store is None:
-        raise InputError(f"{label}: resume is True without a store. Give store='out/wear.zarr', which keeps all parts.")
+        raise InputError(f"{label}: resume is True without a store. Give store='out/wear.zarr', where all is kept.")
     store = None if store is None else opened(store, fingerprint, KIND, resume=resume)
     record = Record(("turns",), (keep + 1,), store)
     record.add(_columns(joints))
