@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 
 import flexmb as fm
 from flexmb.elastic.beams import fem as hermite
@@ -285,7 +286,7 @@ OUTLINES = {
 
 
 @pytest.mark.parametrize("name", OUTLINES)
-@pytest.mark.parametrize("over", [pytest.param(n, marks=pytest.mark.slow) if n == 2.0 else n for n in [1.0, 2.0, 4.0]])
+@pytest.mark.parametrize("over", slow_where(lambda n: n == 2.0, [1.0, 2.0, 4.0]))
 @pytest.mark.parametrize("turn", [-math.pi, math.pi])
 def test_thick_arcs_have_the_stress_of_winkler(name, over, turn):
     """The inner fibre of a hook had .69, .84 and .91 of its stress at R/h = 1, 2 and 4, that of a straight bar."""

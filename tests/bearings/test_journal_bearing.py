@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
@@ -154,9 +155,7 @@ def states(seed, count, deepest=1.1):
         yield q, v
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "finite, supplied everywhere" else n for n in FILMS]
-)
+@pytest.mark.parametrize("name", slow_where(lambda n: n == "finite, supplied everywhere", FILMS))
 def test_tangents_within_the_film(name):
     p = np.array(bearing(FILMS[name]).numbers((0.1, 0.02), (-0.05, 0.03)))
     none = np.zeros(0)

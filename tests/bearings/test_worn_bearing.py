@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 
 import flexmb as fm
 from flexmb.mechanisms import slider_crank
@@ -93,7 +94,7 @@ def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in PROFILES])
+@pytest.mark.parametrize("name", slow_where(lambda n: n != "ridges", PROFILES))
 def test_power_of_the_film_is_the_work_that_its_forces_take(name):
     p = np.array(WET.worn_by(ARCHARD).with_depths(PROFILES[name]).film_numbers(FIRST, SECOND))
     for q, v in states(50):
@@ -108,7 +109,7 @@ def test_power_of_the_film_is_the_work_that_its_forces_take(name):
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in PROFILES])
+@pytest.mark.parametrize("name", slow_where(lambda n: n != "ridges", PROFILES))
 @pytest.mark.parametrize("surface", [pytest.param("bearing", marks=pytest.mark.slow), "journal"])
 def test_tangents_of_worn_films(name, surface):
     joint = WET.worn_by(fm.Archard(**{surface: 1e-13})).with_depths(PROFILES[name])

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 from scipy.interpolate import BSpline
 
 import flexmb as fm
@@ -134,9 +135,7 @@ def test_a_pin_at_its_border_touches_the_side_and_never_cuts_it(name):
 
 @pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", PROFILES)
-@pytest.mark.parametrize(
-    "kind", [pytest.param(n, marks=pytest.mark.slow) if n != "ridges" else n for n in ["guide", "slot"]]
-)
+@pytest.mark.parametrize("kind", slow_where(lambda n: n != "ridges", ["guide", "slot"]))
 def test_tangents_of_worn_sides(name, kind):
     mech = DRY.with_part(WORN.with_depths(PROFILES[name]))
     if kind == "slot":

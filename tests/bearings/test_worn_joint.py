@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 from scipy.optimize import brentq
 
 import flexmb as fm
@@ -118,9 +119,7 @@ def test_friction_of_a_half_bearing_that_fits_has_four_over_pi_of_the_arm():
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n not in ("ridges", "one bin") else n for n in PROFILES]
-)
+@pytest.mark.parametrize("name", slow_where(lambda n: n not in ("ridges", "one bin"), PROFILES))
 @pytest.mark.parametrize("surface_that_wears", ["bearing", "journal"])
 def test_tangents_of_worn_contacts(name, surface_that_wears):
     joint = DRY["B"].worn_by(fm.Archard(**{surface_that_wears: 1e-13})).with_depths(PROFILES[name])

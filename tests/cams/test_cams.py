@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from cases import slow_where
 from scipy.spatial import cKDTree
 
 import flexmb as fm
@@ -287,7 +288,7 @@ def test_contracts(shape, given):
     assert max(check.error for check in report.checks) < 1e-8
 
 
-@pytest.mark.parametrize("shape", [pytest.param(n, marks=pytest.mark.slow) if n == "cam" else n for n in SHAPES])
+@pytest.mark.parametrize("shape", slow_where(lambda n: n == "cam", SHAPES))
 def test_the_nearest_points_are_found(shape):
     """Gaps against the least distance of many points of both curves, in random poses apart from each other."""
     mech = pair(shape, normal=NORMAL, start="open")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cases import slow_where
 from scipy.optimize import linprog, minimize_scalar
 
 from flexmb.cli.command_line import main
@@ -92,7 +93,7 @@ def test_no_example_is_forgotten():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN) | {"nine_bar_paper"}  # tests/study
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONGER else n for n in KNOWN])
+@pytest.mark.parametrize("name", slow_where(lambda n: n in LONGER, KNOWN))
 def test_known_mechanism(name, printed):
     text = printed(name)
     pairs = numbers(r"# ?(?:rad/s|N m|m\^2|rad|N|m)? ?\(exact #\)", text)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import slow_where
 from designs import CENTRAL, SMOOTH, WITH_IMPACTS, Case, ball
 from scipy.optimize import brentq
 
@@ -37,16 +38,14 @@ def errors(case: Case, part: float) -> list[float]:
     return worst
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("plate", "pendulum") else n for n in SMOOTH]
-)
+@pytest.mark.parametrize("name", slow_where(lambda n: n in ("plate", "pendulum"), SMOOTH))
 def test_smooth_motions_agree_with_differences(name):
     assert max(errors(SMOOTH[name], 1e-3)) < 3e-5
 
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in ("worn, friction", "worn, flexible") else n for n in WITH_IMPACTS],
+    slow_where(lambda n: n in ("worn, friction", "worn, flexible"), WITH_IMPACTS),
 )
 def test_motions_through_impacts_agree_with_differences(name):
     # differences see the error of the steps over the difference of the parameter

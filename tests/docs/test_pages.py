@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from cases import slow_where
 from public_names import NAMESPACES, PUBLIC
 
 import flexmb as fm
@@ -121,7 +122,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(n, marks=pytest.mark.slow) if n.name == "design.md" else n for n in pages_with_code()],
+    slow_where(lambda n: n.name == "design.md", pages_with_code()),
     ids=named,
 )
 def test_code_of_a_page(page, folder):

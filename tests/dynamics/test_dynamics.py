@@ -4,6 +4,7 @@ import mechanisms
 import numpy as np
 import pytest
 import systems
+from cases import slow_where
 
 import flexmb as fm
 from flexmb.errors import InputError
@@ -60,7 +61,7 @@ HELD = {
 MECHANISMS = {name for name in KINDS if "mechanism" in name}
 
 
-@pytest.fixture(params=[pytest.param(n, marks=pytest.mark.slow) if n == "section of a mechanism" else n for n in KINDS])
+@pytest.fixture(params=slow_where(lambda n: n == "section of a mechanism", KINDS))
 def name(request):
     return request.param
 

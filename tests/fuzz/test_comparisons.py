@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+from cases import slow_where
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
@@ -39,7 +40,7 @@ def agree(seed):
     assert not untold, "\n".join(untold)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(n, marks=pytest.mark.slow) if n != 6 else n for n in QUICK])
+@pytest.mark.parametrize("seed", slow_where(lambda n: n != 6, QUICK))
 def test_a_combination_agrees_with_itself(seed):
     agree(seed)
 

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from cases import slow_where
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
@@ -16,7 +17,7 @@ SEEDS = range(0, 40)
 tried, tried_damaged = cache(fuzz.tried), cache(fuzz.tried_damaged)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(n, marks=pytest.mark.slow) if n % 3 else n for n in SEEDS])
+@pytest.mark.parametrize("seed", slow_where(lambda n: n % 3, SEEDS))
 def test_a_random_linkage(seed):
     """It runs and agrees with itself in other views, or says why not."""
     with warnings.catch_warnings():

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 from public_names import PUBLIC
 
 import flexmb as fm
@@ -459,7 +460,7 @@ VARIANTS = {
 
 
 @pytest.mark.usefixtures("states")
-@pytest.mark.parametrize("kind", [pytest.param(n, marks=pytest.mark.slow) if n in VARIANTS else n for n in BUILT_IN])
+@pytest.mark.parametrize("kind", slow_where(lambda n: n in VARIANTS, BUILT_IN))
 def test_built_in_part_keeps_its_contracts(kind):
     keeps_its_contracts(*BUILT_IN[kind])
 

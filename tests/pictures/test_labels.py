@@ -9,6 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from andrews import andrews
+from cases import slow_where
 from published import n_four_bar
 
 import flexmb as fm
@@ -94,7 +95,7 @@ def test_names_in_ready_mechanisms(name, lengths):
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(n, marks=pytest.mark.slow) if n.stem[0] > "f" else n for n in sorted(EXAMPLES.glob("*.py"))],
+    slow_where(lambda n: n.stem[0] > "f", sorted(EXAMPLES.glob("*.py"))),
     ids=lambda path: path.stem,
 )
 def test_names_in_examples(path, monkeypatch, tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import slow_where
 from scipy.linalg import eigh
 
 import flexmb as fm
@@ -133,9 +134,7 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize(
-    "case", [pytest.param(n, marks=pytest.mark.slow) if n == "too high a frequency" else n for n in REFUSED]
-)
+@pytest.mark.parametrize("case", slow_where(lambda n: n == "too high a frequency", REFUSED))
 def test_refused(case):
     make, message = REFUSED[case]
     with pytest.raises(InputError, match=message):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from cases import slow_where
 from spin_up import spinning_beam
 
 import flexmb as fm
@@ -74,9 +75,7 @@ def drifts(kind, step):
     return *(np.abs(m - m[0]).max() / size for m, size in late), np.abs(energy - energy[0]).max() / kinetic
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(n, marks=pytest.mark.slow) if n in ("shapes of inertia", "arc", "pin") else n for n in BODIES]
-)
+@pytest.mark.parametrize("kind", slow_where(lambda n: n in ("shapes of inertia", "arc", "pin"), BODIES))
 def test_a_free_body_keeps_its_momenta_and_its_energy(kind):
     """Up to the error of the integrator, which falls with the square of the step."""
     step = {"shapes of inertia": 1e-5, "pin": 2e-5, "arc": 2.5e-5}.get(kind, 4e-5)  # axial vibrations have 2 to 3 kHz

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from cases import slow_where
 
 import flexmb as fm
 
@@ -142,7 +143,7 @@ def lost_a_turn(body, per_turn):
     return abs(taken[-1] - taken[-21]) / float(sol["energy.kinetic"].values[-1])
 
 
-@pytest.mark.parametrize("kind", [pytest.param(n, marks=pytest.mark.slow) if n == "mesh" else n for n in BODIES])
+@pytest.mark.parametrize("kind", slow_where(lambda n: n == "mesh", BODIES))
 def test_dampers_take_nothing_from_a_steady_rotation(kind):
     """What the rates of rotations against places cost falls with h^4; reduced bodies had 2e-6 to 3e-4."""
     coarse, fine = (lost_a_turn(BODIES[kind](), per_turn) for per_turn in (500, 1000))

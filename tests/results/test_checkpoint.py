@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import slow_where
 
 import flexmb as fm
 from flexmb.dynamics.jobs import files
@@ -119,9 +120,7 @@ PARTS = {
 
 
 @pytest.mark.filterwarnings("ignore::flexmb.errors.RestitutionWarning")
-@pytest.mark.parametrize(
-    "kind", [pytest.param(n, marks=pytest.mark.slow) if n in ("controllers", "ideal cam") else n for n in PARTS]
-)
+@pytest.mark.parametrize("kind", slow_where(lambda n: n in ("controllers", "ideal cam"), PARTS))
 def test_runs_with_controllers_and_cams_that_were_killed_go_on(tmp_path, monkeypatch, small_blocks, kind):
     make, t_end = PARTS[kind]
     whole = fm.simulate(make(), t_end=t_end, save=100)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cases import slow_where
 from damage import crank, damaged, servo
 
 import flexmb as fm
@@ -60,9 +61,7 @@ def small_disk(tmp_path):
         subprocess.run(["umount", place], check=True)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("a.pdf", "a.png", "a.svg") else n for n in WRITERS]
-)
+@pytest.mark.parametrize("name", slow_where(lambda n: n in ("a.pdf", "a.png", "a.svg"), WRITERS))
 def test_a_full_disk_leaves_the_old_file_whole(sol, small_disk, name):
     if name.endswith("mp4"):
         pytest.importorskip("imageio_ffmpeg")

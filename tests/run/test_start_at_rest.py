@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import slow_where
 
 import flexmb as fm
 from flexmb.errors import InputError
@@ -72,7 +73,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("step", STEPS)
-@pytest.mark.parametrize("case", [pytest.param(n, marks=pytest.mark.slow) if n == "mesh" else n for n in CASES])
+@pytest.mark.parametrize("case", slow_where(lambda n: n == "mesh", CASES))
 def test_meshes_ropes_stops_and_springs_stay_at_rest(case, step):
     mech = CASES[case]()
     at = fm.static_equilibrium(mech)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import slow_where
 from nine_bar_study.effort import FULL
 from nine_bar_study.nine_bar.cases import MACHINE, PRINTED, case
 from nine_bar_study.nine_bar.figures import figures
@@ -51,7 +52,7 @@ FIGURES = {one.number: one for one in figures(FULL) if one.number in NUMBERS}
 
 @pytest.mark.parametrize(
     "plate",
-    [pytest.param(n, marks=pytest.mark.slow) if n.number not in (19, 25, 36, 42) else n for n in FIGURES.values()],
+    slow_where(lambda n: n.number not in (19, 25, 36, 42), FIGURES.values()),
     ids=lambda plate: str(plate.number),
 )
 def test_every_axis_has_a_label_with_a_unit_and_data(plate, results, tmp_path):

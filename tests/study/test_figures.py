@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from cases import slow_where
 from nine_bar_study.effort import Effort
 from nine_bar_study.nine_bar.cases import QUANTITIES
 from nine_bar_study.nine_bar.figures import figures
@@ -52,7 +53,7 @@ def is_labelled(ax):
 
 @pytest.mark.parametrize(
     "number",
-    [pytest.param(n, marks=pytest.mark.slow) if n >= 28 else n for n in [n for n in MOTIONS if n not in (16, 33)]],
+    slow_where(lambda n: n >= 28, [n for n in MOTIONS if n not in (16, 33)]),
 )
 def test_curves(number, results):
     figure, shown = MOTIONS[number].draw(results)
@@ -135,9 +136,7 @@ def test_axes_and_data_have_units(plate, results, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "number", [pytest.param(n, marks=pytest.mark.slow) if n in (23, 27, 40) else n for n in DIAGRAMS]
-)
+@pytest.mark.parametrize("number", slow_where(lambda n: n in (23, 27, 40), DIAGRAMS))
 def test_diagrams(number, results):
     figure, shown = DIAGRAMS[number].draw(results)
     drawn = lines_of(figure)

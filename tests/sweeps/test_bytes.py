@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from cases import slow_where
 from sweep_models import bistable, content, logistic, logistic_map, mortal_map, results, slow_map, slow_results
 
 import flexmb as fm
@@ -46,7 +47,7 @@ def reference(tmp_path_factory):
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(n, marks=pytest.mark.slow) if n != "threads" else n for n in pools()],
+    params=slow_where(lambda n: n != "threads", pools()),
 )
 def pool(request):
     """An executor; what its processes import serves both tests."""

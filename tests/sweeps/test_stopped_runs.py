@@ -9,6 +9,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from cases import slow_where
 from sweep_models import CARELESS, bistable, careless, content, interrupted_once, named_by_itself, started_by_a_run
 
 import flexmb as fm
@@ -23,7 +24,7 @@ def pools():
     }
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "processes" else n for n in pools()])
+@pytest.mark.parametrize("name", slow_where(lambda n: n == "processes", pools()))
 def test_a_run_that_stops_early_fails_its_point(name, tmp_path):
     """The function returns what it read from two runs; the second of them stops early at 40 steps."""
     pool = pools()[name]()

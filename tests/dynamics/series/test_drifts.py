@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from cases import slow_where
 
 import flexmb as fm
 
@@ -24,8 +25,8 @@ def named(found, step):
 
 
 @pytest.mark.parametrize("k", CYCLES)
-@pytest.mark.parametrize("rate", [pytest.param(n, marks=pytest.mark.slow) if n in (0.003, 0.03) else n for n in RATES])
-@pytest.mark.parametrize("sign", [pytest.param(n, marks=pytest.mark.slow) if n < 0.0 else n for n in [1.0, -1.0]])
+@pytest.mark.parametrize("rate", slow_where(lambda n: n in (0.003, 0.03), RATES))
+@pytest.mark.parametrize("sign", slow_where(lambda n: n < 0.0, [1.0, -1.0]))
 def test_a_straight_drift_is_a_transient_that_names_it(k, rate, sign):
     """Counted over the whole record, and in each point; with an exponent of zero and without one."""
     for rise in (sign * rate, sign * rate * 399):

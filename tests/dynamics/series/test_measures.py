@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from cases import slow_where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -266,9 +267,7 @@ def henon_once(signals):
     return x, cache(lambda name: ANSWERS[name](x))
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("kantz", "recurrence") else n for n in ANSWERS]
-)
+@pytest.mark.parametrize("name", slow_where(lambda n: n in ("kantz", "recurrence"), ANSWERS))
 @settings(max_examples=8)
 @given(scale=st.floats(1e-6, 1e6), sign=st.sampled_from([-1.0, 1.0]), offset=st.floats(-100.0, 100.0))
 def test_scale_and_offset_change_no_answer(henon_once, name, scale, sign, offset):
