@@ -5,6 +5,7 @@ import gc
 import os
 import shutil
 import sys
+from collections import Counter
 from collections.abc import Generator
 from pathlib import Path
 from typing import NamedTuple
@@ -40,10 +41,16 @@ class Source(NamedTuple):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Every test under tests/speed is a speed test: one that forgot its mark would slow down `make test`."""
+    """Tests under tests/speed are speed tests; of a test with the mark `quick(n)` cases behind the n-th are slow."""
+    cases = Counter[str]()
     for item in items:
         if (ROOT / "tests" / "speed") in item.path.parents:
             item.add_marker(pytest.mark.speed)
+        if quick := item.get_closest_marker("quick"):
+            name = item.nodeid.partition("[")[0]
+            cases[name] += 1
+            if cases[name] > quick.args[0]:
+                item.add_marker(pytest.mark.slow)
 
 
 @pytest.hookimpl(wrapper=True)

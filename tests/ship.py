@@ -117,7 +117,6 @@ def compile_here() -> None:
     ahead.asked.update(f"{one.__module__}.{one.__qualname__}" for one in loops)  # no process for each
     with subprocess.Popen([sys.executable, __file__, "--parts"]) as second:
         compile_loops()
-        compile_study()
     if second.returncode:
         sys.exit("Kernels and parts could not be compiled; see above.")
 
@@ -126,16 +125,6 @@ def compile_loops() -> None:
     """Compile the loops, by short runs."""
     for run in runs():
         run()
-
-
-def compile_study() -> None:
-    """Compile the loop of the method of examples/nine_bar_study, which more than one worker of the tests calls."""
-    sys.path.insert(0, str(ROOT / "examples"))
-    from nine_bar_study.nine_bar.staggered.method import Staggered
-
-    import flexmb as fm
-
-    fm.simulate(fm.mechanisms.nine_bar(clearance=5e-4, flexible=True), t_end=1e-5, step=1e-6, method=Staggered())
 
 
 def compile_parts() -> None:

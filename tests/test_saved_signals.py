@@ -76,6 +76,7 @@ def test_modes_of_contacts_with_play():
     same(fm.simulate(mechanism, signals=["*.mode", "*.penetration", "*.ex"], **run), contact)
 
 
+@pytest.mark.slow
 def test_a_rigid_model_with_elastic_shadow():
     run = {**RUN, "save": 7, "method": Staggered()}
     few = fm.simulate(crank(), signals=["rod.*"], **run)

@@ -20,6 +20,7 @@ def pendulum(end, *more, gravity=DOWN):
     )
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("end", [(0.0, -1.0), (1.0, 0.0), (0.6, -0.8), (0.1, 0.99), (1e-4, 1.0), (-1.0, 1.0)])
 def test_a_rigid_pendulum_hangs_down_from_every_pose(end):
     found = fm.static_equilibrium(pendulum(end))
@@ -59,6 +60,7 @@ def test_a_chain_of_rigid_links_hangs_as_its_statics_say():
     assert found.stable is True
 
 
+@pytest.mark.slow
 def test_a_pendulum_on_a_spinning_arm_is_held_by_centrifugal_force():
     """J theta'' = -m W^2 R s sin(theta) in the turning frame, J about the pin."""
     arm = fm.RigidLink("arm", (0.0, 0.0), (1.0, 0.0), mass=1.0, inertia=0.1)

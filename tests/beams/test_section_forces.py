@@ -285,6 +285,7 @@ OUTLINES = {
 }
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("name", OUTLINES)
 @pytest.mark.parametrize("over", slow_where(lambda n: n == 2.0, [1.0, 2.0, 4.0]))
 @pytest.mark.parametrize("turn", [-math.pi, math.pi])

@@ -125,6 +125,7 @@ def test_mirrored_spin_mirrors_the_force(kind, eps, a, b):
     assert found == pytest.approx(mirrored, rel=1e-9, abs=1e-12 * np.abs(mirrored).max())
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("eps", "a", "b"), CASES)
 def test_largest_pressure(kind, eps, a, b):

@@ -37,6 +37,7 @@ def bearing(ratio=0.5, grooves=(0.0, math.pi), first=fm.GROUND, second=None, **m
     return fm.JournalBearing("B", first, second, film=film, **given)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.5, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_published_coefficients(ratio):
     """Eccentricity to .001, attitude to .1 degrees, stiffness to 1 % and damping to 2 % of the largest."""

@@ -155,6 +155,7 @@ def states(seed, count, deepest=1.1):
         yield q, v
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("name", slow_where(lambda n: n == "finite, supplied everywhere", FILMS))
 def test_tangents_within_the_film(name):
     p = np.array(bearing(FILMS[name]).numbers((0.1, 0.02), (-0.05, 0.03)))
@@ -179,6 +180,7 @@ def test_tangents_within_the_film(name):
             assert (doubt <= 1e-4 * size).all()
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("name", FILMS)
 def test_a_film_never_gives_power(name):
     p = np.array(bearing(FILMS[name]).numbers((0.1, 0.02), (-0.05, 0.03)))

@@ -75,6 +75,7 @@ def test_unworn_film_is_the_short_one(surface):
     assert errors[360] < 2e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", ["bearing", pytest.param("journal", marks=pytest.mark.slow)])
 def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
     """A depth d (1 + cos) makes the clearance c + d about a centre that is d aside, in the body that wears."""

@@ -99,6 +99,7 @@ def test_a_run_with_unworn_sides_is_that_of_the_dry_joint(kind):
         assert worn.array(name) == pytest.approx(dry.array(name), abs=1e-8 * abs(dry.array(name)).max())
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["hollows", "waves", "ridges"])
 def test_depth_of_a_corner_is_its_distance_from_the_border_of_the_free_places(name):
     """Beside the nearest of many points of a B-spline of scipy."""
@@ -228,6 +229,7 @@ def life():
     return fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=2)
 
 
+@pytest.mark.slow
 def test_rows_and_picture_of_a_life(life, tmp_path):
     upper, lower = life["guide.upper_profile"], life["guide.lower_profile"]
     assert upper.dims == ("turns", "place")

@@ -118,6 +118,7 @@ def test_friction_of_a_half_bearing_that_fits_has_four_over_pi_of_the_arm():
     assert arm == pytest.approx(4.0 / math.pi, rel=5e-3)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("name", slow_where(lambda n: n not in ("ridges", "one bin"), PROFILES))
 @pytest.mark.parametrize("surface_that_wears", ["bearing", "journal"])
@@ -285,6 +286,7 @@ def life(stored):
     return stored[0]
 
 
+@pytest.mark.slow
 def test_rows_of_a_life(life):
     profile, volume = life["B.bearing_profile"].values, life["B.volume"].values
     assert profile.shape == (5, 360)
@@ -309,6 +311,7 @@ def files(folder):
     return {path.relative_to(folder): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
+@pytest.mark.slow
 def test_a_life_that_was_interrupted_goes_on_to_the_same_bits(stored, tmp_path, monkeypatch):
     life, whole = stored
     mech, rate, left = DRY.with_part(WORN), study.Turns.rate, [14]
@@ -331,6 +334,7 @@ def test_a_life_that_was_interrupted_goes_on_to_the_same_bits(stored, tmp_path, 
     assert fm.sweeps.load_sweep(store).identical(life)
 
 
+@pytest.mark.slow
 def test_a_store_of_another_study_is_refused(tmp_path):
     few = {"turns": 10.0, "keep": 1, "store": tmp_path / "a.zarr"}
     fm.wear_out(DRY.with_part(WORN), **few)
@@ -340,6 +344,7 @@ def test_a_store_of_another_study_is_refused(tmp_path):
     assert alone.identical(fm.sweeps.load_sweep(few["store"]))
 
 
+@pytest.mark.slow
 def test_a_study_of_too_many_runs_is_refused_and_one_that_takes_more_stops():
     strong = DRY.with_part(WORN.worn_by(fm.Archard(bearing=1e-10, width=B)))
     with pytest.raises(
@@ -389,6 +394,7 @@ def test_the_journal_wears_as_well():
     assert not life["B.bearing_profile"].values.any()
 
 
+@pytest.mark.slow
 def test_two_joints_wear_at_once_and_one_that_does_not_wear_stays():
     crank_pin = fm.RevoluteClearance(
         "A", DRY["crank"], DRY["rod"], at=DRY["A"].at, clearance=C, bearing_radius=R, normal=DRY["B"].normal
@@ -406,6 +412,7 @@ def test_two_joints_wear_at_once_and_one_that_does_not_wear_stays():
         fm.wear_out(coarse, turns=1.0)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("name", PROFILES)
 def test_runs_with_any_profile_reach_their_end(name):
     sol = fm.simulate(DRY.with_part(WORN.with_depths(PROFILES[name])), periods=2)
@@ -502,6 +509,7 @@ def test_arms_of_both_bodies_meet_at_one_point():
     assert q[:2] + out[ARM1_X : ARM1_X + 2] == pytest.approx(q[3:5] + out[ARM2_X : ARM2_X + 2], abs=1e-16)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("frequency", "sample"), [(1.0, 2), (2.0, 1), (1.0, 1)])
 def test_a_load_that_takes_several_turns(frequency, sample):
     """The mean of a load that swings counts: k F times the way of a journal, of two turns a second, in 100 turns."""

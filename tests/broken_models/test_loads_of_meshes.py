@@ -19,6 +19,7 @@ def bar(kind):
     return fm.Reduced(plate, modes=3) if kind == "reduced plate" else plate
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", ["plate", "reduced plate", "reduced beam"])
 def test_bars_that_yield_are_told(kind):
     body = bar(kind)

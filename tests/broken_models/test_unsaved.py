@@ -63,6 +63,7 @@ def lag(signal, omega):
     return math.atan2(-cosine, sine)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     "parts",
     [(), (stop("stop", above=1.0),), (push, law), (stop("right", above=1e-12), stop("left", below=-1e-12))],
@@ -76,6 +77,7 @@ def test_the_phase_that_is_lost_is_told(parts):
     assert lost(sol) > 0.5
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "saved",
     [
@@ -225,11 +227,13 @@ def test_linear_cells_that_are_too_stiff(kind, along, across):
     assert [note for note in sol.notes if "too stiff" in note and kind in note]
 
 
+@pytest.mark.slow
 def test_cells_that_bend():
     for mesh in (grid(1.0, 0.1, 80, 8, "tri3"), fm.meshes.rectangle(1.0, 0.1, 10, 1)):
         assert not [one for one in fm.check(cantilever(mesh)).findings if one.code == "coarse-cells"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cells", [10, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_plate_of_many_coordinates(cells):
     """291 and 591 coordinates: the second mode of a cantilever beam, 22.03 sqrt(EI/rho A)/L^2 with shear, is told."""

@@ -99,6 +99,7 @@ def flexible_states():
     return looked.program, looked.states([0])
 
 
+@pytest.mark.slow
 def test_findings_are_the_same_whenever_they_are_asked_for(tmp_path):
     """At once, after other runs, from another process and from a file."""
     sol, again = (fm.simulate(oscillator(192.0), t_end=20.0) for _ in range(2))
@@ -141,6 +142,7 @@ def test_the_trapezoidal_rule_keeps_amplitudes():
     assert found.phase == pytest.approx(omega * h - 2.0 * math.atan(0.5 * omega * h), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_long_vibration_is_noted():
     """192 rad/s for 100 s with default steps."""
     sol = fm.simulate(oscillator(192.0), t_end=100.0)

@@ -80,6 +80,7 @@ def test_roller_follower_of_an_eccentric_disc():
     assert sol["follower.y"].values == pytest.approx(exact, abs=2e-12)
 
 
+@pytest.mark.slow
 def test_an_arm_on_a_disc_is_a_four_bar():
     """Roller and disc keep the distance of their centres, as a rod does."""
     rho, pivot, centre = 0.01, (0.1, 0.0), (0.03, 0.0346)
@@ -120,6 +121,7 @@ def explicit(mechanism, turns=1.0, speed=10.0):
 STATIONS = ((0.0, 0.0), (1.2, 0.01), (1.6, 0.01), (2.8, 0.0))
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("law", ["cycloidal", "3-4-5"])
 @pytest.mark.parametrize("kind", ["flat", "roller", "knife"])
 def test_a_profile_gives_its_lift_law(law, kind):
@@ -280,6 +282,7 @@ def pair(shape, **given):
     return fm.Mechanism("pair", [one, other, part])
 
 
+@pytest.mark.quick(2)
 @pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("shape", [*SHAPES, "point"])
 @pytest.mark.parametrize("given", [{"friction": RUBBING}, {"normal": NORMAL, "friction": RUBBING, "start": "open"}])
@@ -331,6 +334,7 @@ def test_the_nearest_points_are_found(shape):
     assert worst < 2e-6  # of the spacing of the points, squared
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("kind", ["cam", "roller", "line"])
 @pytest.mark.parametrize("depth", [1e-3, -1e-6, -1e-3])
 def test_gaps_of_discs(kind, depth):

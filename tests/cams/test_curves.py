@@ -94,6 +94,7 @@ def test_a_circle_of_a_beam_is_no_curve():
     assert "Circle" not in dir(fm.cams)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("law", "speed", "acceleration"),
     [

@@ -172,6 +172,7 @@ BESIDE = [
 ]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("inside", "first"), BESIDE)
 def test_a_disc_beside_the_edge_of_a_box_rests_on_its_top(first, inside):
     """1 kg on 1e6 N/m: m g/k deep, also where the side is nearer than that; it fell through there."""

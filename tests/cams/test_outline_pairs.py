@@ -260,6 +260,7 @@ def in_a_hollow(radius, gap, angle, swapped=False, ball=0.1):
     return fm.Mechanism("hollow", [one, two, fm.cams.OutlineOnOutline("pair", *ends, normal=LAW)])
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("swapped", [False, True])
 @pytest.mark.parametrize(("radius", "angle"), [(0.5, 0.0), (0.5, 0.4), (0.11, 0.4), (50.0, 0.001)])
 def test_a_disc_may_touch_a_hollow_arc(radius, angle, swapped):

@@ -120,6 +120,7 @@ def test_too_few_points_are_inconclusive_and_say_so(model, capsys, monkeypatch):
     assert "Give a larger --keep" in out  # the 0-1 test
 
 
+@pytest.mark.slow
 def test_a_second_run_is_told_unless_it_is_not_wanted(model, capsys):
     """Each exponent with its error, that of the run alone and what the second run found."""
     arguments = ["chaos", model, *COMMON, "--push", "1.5", "--keep", "100", "--series", "0", "--no-plots"]

@@ -93,6 +93,7 @@ def test_no_example_is_forgotten():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN) | {"nine_bar_paper"}  # tests/study
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", slow_where(lambda n: n in LONGER, KNOWN))
 def test_known_mechanism(name, printed):
     text = printed(name)

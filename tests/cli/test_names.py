@@ -43,6 +43,7 @@ def test_what_the_terminal_cannot_show_is_escaped(tmp_path, model, environment):
     assert b"1: K\\xfcrbel" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_run_without_unicode_writes_all_its_files(tmp_path, model):
     """Nor does it wait for xarray, without pages of diagrams."""
     code = "import sys; from flexmb.cli import main\nmain(sys.argv[1:])\nassert 'xarray' not in sys.modules"

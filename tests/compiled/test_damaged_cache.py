@@ -117,6 +117,7 @@ def test_damaged_files_are_compiled_anew(module, tmp_path, capsys, count):
             assert results(module) == (EXPECTED, 0), (manner, file)
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_said_and_nothing_else(module, tmp_path, capsys, monkeypatch):
     shutil.rmtree(tmp_path / "cache")
 

@@ -135,6 +135,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "why",
     [
@@ -154,6 +155,7 @@ def test_what_does_not_fit_is_compiled_and_said_once(folder, no_cache, compilati
     assert said.count("is not used") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
 def test_flipped_bits_of_the_index_give_no_raw_error(folder, no_cache, count):
     """Words that Python reads and nobody knows were KeyErrors at every later run."""

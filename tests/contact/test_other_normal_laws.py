@@ -140,6 +140,7 @@ def test_bad_numbers_of_a_cylinder(kind):
 # -- Kelvin and Voigt ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("zeta", [0.0, 0.05, 0.3, 0.9, 1.0, 1.7])
 def test_kelvin_voigt_in_motion(zeta):
     """On paper and by a method that needs no Newton iteration, which the jump at the touch would stop."""

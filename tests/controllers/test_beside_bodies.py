@@ -58,6 +58,7 @@ def test_a_massless_link_that_moves_alone_is_named_beside_a_controller():
         assert [f.parts for f in fm.check(mechanism).findings if f.code == "no-inertia"] == [("rod",)]
 
 
+@pytest.mark.slow
 def test_the_commands_do_too(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     model = tmp_path / "press.py"

@@ -262,6 +262,7 @@ def test_statics_and_modes_refuse_laws_with_memory(analyse, controller):
     fm.buckling, lambda m: fm.inverse_dynamics(m, [0.0, 1.0]), fm.lyapunov,
     lambda m: fm.simulate(m, t_end=1.0, step=1e-3, method=Staggered()),
 ], ids=["buckling", "inverse dynamics", "exponents", "staggered"])  # fmt: skip
+@pytest.mark.quick(3)
 def test_analyses_without_controllers_refuse_by_name(analyse):
     with pytest.raises(ModelError, match=r"Mechanism 'robot' has Control 'servo'\. Remove it with without_part"):
         analyse(arm(servo()))

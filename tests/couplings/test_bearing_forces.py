@@ -147,6 +147,7 @@ def test_a_planet_drives_its_arm_by_its_pin():
     assert float(sol["motor.torque"][k]) == pytest.approx(10.0 / 5.0, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_the_ratio_is_exact_over_a_thousand_turns():
     """Large steps, 1,000 turns of the arm: planet and arm where the teeth put them, to round-off of the angles."""
     mech = planetary()
@@ -262,6 +263,7 @@ def test_a_belt_with_friction_loads_its_bearings_alike(crossed):
         assert motion.forces[pin][0, :2] == pytest.approx(force(sol, pin), rel=1e-6)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("mech", "parts"),
     [

@@ -132,6 +132,7 @@ def test_a_rack_that_is_driven():
     assert sol["motor.torque"].values[5:] == pytest.approx((1e-3 + 3.0 * r * r) * 10.0, rel=1e-6)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("make", "part"),
     [

@@ -72,6 +72,7 @@ def test_brake_at_all_times_has_the_derivatives_of_its_decay():
     np.testing.assert_allclose(found["brake.output1"].values[0], -2.0 * np.exp(-2.0 * t) - slope, atol=1e-6)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("model", "given", "of", "bound"),
     [

@@ -128,6 +128,7 @@ def sharp(monkeypatch):
     monkeypatch.setattr(run, "NEWTON_TOLERANCE", 1e-13)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("kind", QUICK)
 def test_derivatives_by_a_number_agree_with_differences(kind):
     mechanism, part = BUILT_IN[kind]

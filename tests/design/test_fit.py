@@ -33,6 +33,7 @@ TIMES = np.linspace(0.0, 0.6, 61)
 FINE = fm.Adaptive(rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_numbers_of_an_oscillator_come_back():
     bounds = {"rate": (20.0, 200.0), "damping": (0.05, 3.0), "start": (0.02, 0.5)}
     times = TIMES[:31]
@@ -197,6 +198,7 @@ def test_csv_file_with_a_mark_of_the_byte_order(tmp_path):
     assert read_csv("fit", file)["body.x"].values.tolist() == [1.0, 2.0]
 
 
+@pytest.mark.slow
 def test_models_that_fail_within_the_bounds_turn_the_search_back():
     """An error of the user's function beyond a rate of 95 N/m, where the true one is 90 N/m."""
 

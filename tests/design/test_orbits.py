@@ -111,6 +111,7 @@ def van_der_pol(mu):
     )
 
 
+@pytest.mark.slow
 def test_period_of_van_der_pol_for_small_damping():
     """T = 2 pi (1 + mu^2/16 - 5 mu^4/3072 + ...); the amplitude is 2 up to mu^2/96."""
     mu = 0.1

@@ -48,6 +48,7 @@ BOUNDS = {"angle": (-3.1, 1.0), "rate": (-4.0, 4.0), "inertia": (0.005, 0.1), "d
 GIVEN = {"signals": ["bar.x", "bar.y"], "noise": NOISE, "pieces": [1.01, 2.02], "free": ["angle", "rate"]}
 
 
+@pytest.mark.slow
 def test_pieces_share_parameters_and_have_starts_of_their_own(record):
     guess = {"inertia": 0.03, "drag": 0.02, "angle": [0.0, -0.8, -2.2], "rate": 0.0}
     found = fm.design.fit(pendulum, BOUNDS, record, start=guess, **GIVEN)

@@ -151,6 +151,7 @@ def test_offsets_that_cannot_be_shared_are_refused(swings, offset, message):
         fm.design.fit(pendulum, BOUNDS, data, offset=offset, **how)
 
 
+@pytest.mark.slow
 def test_picture_of_residuals(shared, swings):
     figure = fm.plots.plot_residuals(shared)
     above, below = figure.axes[:2]

@@ -64,6 +64,7 @@ def test_equal_frequencies_split():
     np.testing.assert_allclose(relative(found, "frequency 2"), [0.5, 0.5, -0.5], atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "given", "of"),
     [

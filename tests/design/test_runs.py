@@ -38,11 +38,13 @@ def errors(case: Case, part: float) -> list[float]:
     return worst
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", slow_where(lambda n: n in ("plate", "pendulum"), SMOOTH))
 def test_smooth_motions_agree_with_differences(name):
     assert max(errors(SMOOTH[name], 1e-3)) < 3e-5
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "name",
     slow_where(lambda n: n in ("worn, friction", "worn, flexible"), WITH_IMPACTS),

@@ -112,6 +112,7 @@ def shaken(w: float, kind: str) -> fm.Mechanism:
     return fm.Mechanism("shaken", [body, guide, force, *controls], gravity=(0.0, 0.0))
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("kind", "w", "end"),
     [
@@ -126,6 +127,7 @@ def test_frequency_of_a_load_after_many_cycles(kind, w, end):
     assert found == pytest.approx(end * math.cos(w * end), rel=2e-5)
 
 
+@pytest.mark.slow
 def test_frequency_of_a_drive_after_many_cycles():
     def driven(f: float) -> fm.Mechanism:
         body = fm.RigidBody("body", (0.0, 0.0), 1.0, 1.0)

@@ -42,6 +42,7 @@ def test_spheres(made):
         assert one["ours"]["e_n"] == pytest.approx(0.98, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_rub(made):
     published = [1.0270488394, 0.2704883940, 1.0851944080, 0.8519440801, 1.0027081911]
     rows = made["SECTIONS"]["rub"].numbers(None)["rows"]

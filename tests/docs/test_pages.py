@@ -120,9 +120,12 @@ def folder(tmp_path, monkeypatch):
     plt.close("all")
 
 
+LONG = ("design", "chaos", "controllers", "files", "joints", "plane_bodies")  # pages that take more than a second
+
+
 @pytest.mark.parametrize(
     "page",
-    slow_where(lambda n: n.name == "design.md", pages_with_code()),
+    slow_where(lambda n: n.stem in LONG, pages_with_code()),
     ids=named,
 )
 def test_code_of_a_page(page, folder):

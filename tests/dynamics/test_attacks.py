@@ -234,6 +234,7 @@ def test_crossings_are_located_within_fixed_steps():
         assert abs(flow.observe()[place]) < 1e-9
 
 
+@pytest.mark.slow
 def test_two_trajectories_that_approach_in_lasting_contact():
     """A ball at rest on a damped spring: damping/(2 mass) = 150 1/s; histories that do not shrink were blown up."""
     ball = fm.RigidBody("ball", (0.0, 0.05), 1.0, 1e-3)

@@ -57,6 +57,7 @@ def test_two_wells_share_the_plane_by_symmetry():
     assert (found.number[(energy < 0) & (values > 0)[None, :]] == right).all()
 
 
+@pytest.mark.slow
 def test_turns_of_a_rotor_are_no_distance():
     """A pendulum that a torque turns round is not lost, however small the grid is."""
     body = fm.RigidBody("rotor", at=(0.0, -0.3), mass=1.0, inertia=0.01)

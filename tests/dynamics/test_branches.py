@@ -189,6 +189,7 @@ def test_driven_pendulum_doubles_where_published():
     np.testing.assert_allclose(found, [1.0663, 1.0793, 1.0821], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_van_der_pol_is_followed_with_its_period():
     # 2 pi/T = 1 - mu^2/16 + 17 mu^4/3072 + 35 mu^6/884736 - 678899 mu^8/5096079360 ... (Andersen, Geer 1982)
     orbit = periodic_orbit(flows["van_der_pol"](0.5), period=6.0, autonomous=True, settle=3)
@@ -247,6 +248,7 @@ def test_orbit_without_impacts_ends_where_it_grazes():
     assert branch.events[0].value == pytest.approx(amplitude, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_touching_of_a_soft_stop_is_located():
     # a stop with a spring: the orbit goes on beyond the touch, which is where the free amplitude is the gap
     def f(t, x, wall):

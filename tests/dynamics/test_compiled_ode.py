@@ -115,6 +115,7 @@ def stopped(A, *, fast=True):
     return system("x v", functions, (0.0, 0.0), {"A": A, "w": 1.0}, fast=fast, **period)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("make", [lambda **how: relief(7.5, **how), lambda **how: stopped(0.9, **how)])
 def test_motions_are_those_of_the_same_functions_in_python(make):
     fast, slow = make(fast=True), make(fast=False)
@@ -133,6 +134,7 @@ def test_sections_are_those_of_the_same_functions_in_python():
     assert abs(sections[0].state()[1]) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_jump_across_the_level_is_a_crossing_with_and_without_compilation():
     both = []
     for fast in (True, False):
@@ -274,6 +276,7 @@ def test_copies_and_points_of_a_diagram_share_their_kernels(monkeypatch):
     assert other.flow.time != section.flow.time
 
 
+@pytest.mark.slow
 def test_parameters_that_are_no_numbers_are_for_python():
     @numba.njit
     def linear(t, x, K):

@@ -106,6 +106,7 @@ def test_parts_without_slope_and_domains_with_an_end():
     assert beside.item() == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_map_with_large_states_has_the_exponent_of_its_jacobian():
     """Chirikov's standard map: at K = 6 the angle grows to 1e6."""
 
@@ -161,6 +162,7 @@ def after_one_impact(x):
     return np.concatenate([place + (1.2 - time) * speed, speed])
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("is_compiled", [False, True])
 @pytest.mark.parametrize("scale", SCALES)
 def test_saltation_at_an_oblique_impact_does_not_depend_on_the_unit(scale, is_compiled):

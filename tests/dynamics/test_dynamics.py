@@ -177,6 +177,7 @@ def test_unknown_parameters_are_refused(system):
         system.reset(parameters={"no such thing": 1.0})
 
 
+@pytest.mark.quick(9)
 def test_tangents_are_linear(system):
     W = allowed(system, 2)
     both = np.ascontiguousarray((W @ [0.3, -2.0])[:, None])
@@ -192,6 +193,7 @@ def test_tangents_leave_the_motion_alone(name, system):
     assert np.abs(with_them.state() - alone.state()).max() <= tolerance(name) * size_of(alone.state())
 
 
+@pytest.mark.quick(8)
 def test_tangents_are_small_differences(name, system):
     """Central differences of the motion itself: error of the order eps^2, and of the solver over eps.
 

@@ -102,6 +102,7 @@ def test_the_closed_form_is_the_given_one():
     assert Closed.fold() == pytest.approx(0.0999707536, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_a_branch_passes_grazing_and_turns_in_the_fold_behind_it(touching):
     assert touching.ok, touching.status
     assert kinds(touching) == ["grazing", "fold"]

@@ -73,6 +73,7 @@ def test_driven_mass_is_followed_along_a_parameter():
         assert p.state[0] - 1 == pytest.approx(x.real, abs=2e-4 * abs(x))
 
 
+@pytest.mark.slow
 def test_a_branch_ends_where_a_part_refuses_the_value():
     T = 2 * math.pi / W
     orbit = periodic_orbit(MechanismFlow(shaken(), step=T / 100, period=T), tangent="differences")

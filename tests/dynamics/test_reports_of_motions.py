@@ -105,6 +105,7 @@ def test_a_slider_crank_with_clearance_is_the_same_from_script_and_command(tmp_p
     assert set(fm.plots.plot_report(found)) == {path.name for path in tmp_path.glob("*.png")}
 
 
+@pytest.mark.slow
 def test_times_of_a_flow_that_goes_on():
     """The last point is the first fine sample, and both have the time of the flow."""
     flow = pendulum()

@@ -83,6 +83,7 @@ SMOOTH = {
 }
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("first", [True, False])
 def test_one_step_without_contacts(name, first, monkeypatch):
@@ -126,6 +127,7 @@ def at_stage(flow, stage, h):
         flow.advance(h)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(
     "friction", [models["LOSS"], pytest.param(LUGRE, marks=pytest.mark.slow)], ids=["smooth", "LuGre"]
 )

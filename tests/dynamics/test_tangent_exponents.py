@@ -35,6 +35,7 @@ def oscillator(damping, drive=False):
     return fm.Mechanism("oscillator", parts)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("drive", [False, True])
 def test_exponents_of_a_linear_oscillator(drive):
     """Both are -d/(2 m) = -0.1 1/s where it vibrates; errors fall with the square of the step."""
@@ -113,6 +114,7 @@ def test_exponents_of_van_der_pol():
     assert errors[0][1] / errors[1][1] == pytest.approx(4.0, rel=0.3)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "method",
     [

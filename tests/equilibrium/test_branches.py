@@ -21,6 +21,7 @@ def pressed(force: float, torque: float) -> fm.Mechanism:
     return fm.Mechanism("pressed", [rod, fm.Revolute("O", fm.GROUND, rod, at=(0.0, 0.0)), spring, *loads])
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("torque", [0.01, -2.0, pytest.param(5.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "force", [30.0, pytest.param(55.0, marks=pytest.mark.slow), 80.0, pytest.param(150.0, marks=pytest.mark.slow)]
@@ -68,6 +69,7 @@ def sag(load: float, across: float) -> float:
     return float(shot(brentq(lambda slope: shot(slope)[1], slopes[k + 1], slopes[k], xtol=1e-10))[2])
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("factor", "across"),
     [

@@ -139,6 +139,7 @@ MODELS = {
 }
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "case",
     [

@@ -56,6 +56,7 @@ def test_equal_bodies_have_equal_modes(solutions):
     assert len(solutions) <= 600
 
 
+@pytest.mark.slow
 def test_modes_below_a_cluster_take_few_solutions(solutions):
     """700 modes across follow at 179 Hz: telling them apart takes thousands of solutions, counting them two factors."""
     chain = chain_on_springs(700)

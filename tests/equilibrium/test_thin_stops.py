@@ -29,6 +29,7 @@ def pendulum(begin, plate):
     return fm.Mechanism("pendulum", [body, pin, touch], gravity=(0.0, -9.81))
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("half", [0.02, 1e-4])
 @pytest.mark.parametrize("begin", [1.0, pytest.param(0.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("angle", [-0.4, pytest.param(-1.3, marks=pytest.mark.slow)])
@@ -49,6 +50,7 @@ def test_a_pendulum_passes_a_plate_beside_its_way():
     assert found["bob.y"] == pytest.approx(-1.0, abs=1e-9)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("outline", [True, False])
 @pytest.mark.parametrize("size", [pytest.param(0.01, marks=pytest.mark.slow), 1e-4])
 def test_a_bar_falls_onto_a_stop(outline, size):

@@ -17,6 +17,7 @@ SEEDS = range(0, 40)
 tried, tried_damaged = cache(fuzz.tried), cache(fuzz.tried_damaged)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("seed", slow_where(lambda n: n % 3, SEEDS))
 def test_a_random_linkage(seed):
     """It runs and agrees with itself in other views, or says why not."""
@@ -25,6 +26,7 @@ def test_a_random_linkage(seed):
         assert tried(seed)
 
 
+@pytest.mark.quick(11)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_damaged_linkage(seed):
     """It is refused or stopped with a named cause, or the damage does no harm."""
@@ -33,6 +35,7 @@ def test_a_damaged_linkage(seed):
         assert tried_damaged(seed)
 
 
+@pytest.mark.slow
 def test_the_share_has_all_kinds_of_ends():
     ends = {tried(seed) for seed in SEEDS} | {tried_damaged(seed) for seed in SEEDS}
     assert {"ok", "damage refused as declared", "damage refused at the start"} <= ends

@@ -9,11 +9,12 @@ import json
 
 import golden_runs as runs
 import pytest
+from cases import slow_where
 
 KEPT = json.loads(runs.TEXTS.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("name", runs.RUNS)
+@pytest.mark.parametrize("name", slow_where(lambda name: name == "staggered", runs.RUNS))
 def test_final_state(name):
     found, before = runs.RUNS[name](), KEPT["runs"][name]
     found, apart = runs.compared(found, runs.kept(name))

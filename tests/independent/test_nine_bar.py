@@ -71,6 +71,7 @@ def by_library(speed, clearance, rule, rtol=1e-5, skip=SKIP, turns=TURNS):
     return np.array(rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", [pytest.param("onset", marks=pytest.mark.slow), "largest"])
 def test_first_motion_point_by_point(rule):
     """Start from rest, journal in its middle: 50 ms of fall, first impacts and sliding, before chaos."""

@@ -81,6 +81,7 @@ def test_energy_of_an_elastic_contact_is_work_of_the_drive():
     assert abs(rest) < 1e-6  # of 140 J in motion
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("variant", [own.PRINTED, own.LARGEST])
 def test_losses_close_the_balance_with_damping_and_friction(variant):
     p = data(mu=0.03, variant=variant)
@@ -90,6 +91,7 @@ def test_losses_close_the_balance_with_damping_and_friction(variant):
     assert abs(rest) < 1e-6
 
 
+@pytest.mark.slow
 def test_stiff_damping_is_followed_by_implicit_steps():
     """A held reference speed of 0.1 mm/s: explicit steps of 20 ns are stable, those of 200 ns would not be."""
     p = data(1e-4, variant=own.HELD, held=1e-4)
@@ -98,6 +100,7 @@ def test_stiff_damping_is_followed_by_implicit_steps():
     assert coarse[3] == pytest.approx(fine[3], abs=1e-4)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("mu", "step", "power"), [(0.0, 4e-8, 1.6), (0.03, 2e-8, 0.8)])
 def test_half_a_turn_point_by_point(mu, step, power):
     """The square of its step is what flexmb comes closer with; with friction, which turns within a step, the step.

@@ -115,6 +115,7 @@ def assert_shown(book):
     assert json.loads(widget_state(book)["run"])["ok"]
 
 
+@pytest.mark.slow
 def test_a_saved_notebook_shows_its_last_state_without_a_kernel(saved, tab):
     state = widget_state(saved)
     assert json.loads(state["run"])["values"]["piston.mass"] == 0.3  # what the last cell has set

@@ -140,6 +140,7 @@ def test_the_newest_run_is_saved(crank_page, tmp_path):
     assert "slider-crank" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("packages", [{"imageio_ffmpeg"}, pytest.param(set(), marks=pytest.mark.slow)])
 def test_a_film_of_the_newest_run_is_saved(crank_page, monkeypatch, packages):
     """As .mp4 where the package for it is there, else as .gif; both begin as their formats say."""

@@ -62,6 +62,7 @@ def run(torque, law, t_end=8.0):
     return fm.simulate(clock(torque, LAWS[law]), t_end=t_end, save=int(2000 * t_end)).require()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("law", list(LAWS))
 def test_each_swing_lets_one_tooth_pass(law):
     _, times, wheel = swings(run(0.015, law))
@@ -71,6 +72,7 @@ def test_each_swing_lets_one_tooth_pass(law):
     assert -(wheel[-1] - wheel[2]) / PITCH == pytest.approx(len(wheel) - 3, abs=0.3)  # a pallet has play
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("law", list(LAWS))
 def test_the_weight_pays_for_air_and_impacts(law):
     """The work of the weight by the turn of the wheel, that of the air by the speeds, the energy by the swing."""
@@ -87,6 +89,7 @@ def test_the_weight_pays_for_air_and_impacts(law):
     assert float(sol["energy.dissipated_damping"][-1]) == pytest.approx(air, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_heavier_weight_makes_the_clock_gain():
     free = 2.0 * math.pi * math.sqrt((INERTIA + MASS * LENGTH**2) / (MASS * G * LENGTH))
     found = []

@@ -78,6 +78,7 @@ def test_lift_force_and_torque_follow_from_the_linkage(speed):
     assert force.min() > 0.0  # pressed together all the time
 
 
+@pytest.mark.slow
 def test_a_contact_lifts_off_beyond_the_speed_of_the_closed_form():
     """The least force falls with the square of the speed at the place where it reaches zero."""
     turn = np.linspace(0.0, 2.0 * np.pi, 721)

@@ -663,6 +663,7 @@ def test_sound_specimen_passes():
     assert check_part(two_links(Broken("s", crank(), arm(), 20.0)), "s").checks
 
 
+@pytest.mark.quick(2)
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
 @pytest.mark.parametrize("kernel", BROKEN, ids=lambda k: k.name)
 def test_broken_contract_is_found(kernel):
@@ -832,6 +833,7 @@ class WrongByForce(fm.FrictionLaw):
     kernel = wrong_by_force
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("normal", "friction", "message"),
     [
@@ -909,6 +911,7 @@ class Rod(fm.Part):
         ]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("missing", "message"),
     [

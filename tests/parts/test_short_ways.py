@@ -143,6 +143,7 @@ def test_a_users_short_ways_pass_and_are_named_in_the_report():
     assert "coil_tangent: as coil_kernel" in names
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("which", "place"),
     [

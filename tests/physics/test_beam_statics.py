@@ -86,6 +86,7 @@ def test_elastica_converges_at_second_order_or_better():
     assert math.log2(errors[1] / errors[2]) > 1.9
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("turns", [0.5, 1.0, 2.0])
 def test_end_moment_rolls_the_beam_up_to_a_circle(turns):
     """x = EI/M sin(M L/EI), y = EI/M (1 - cos(M L/EI)); the angle at a fraction s is s M L/EI."""

@@ -176,6 +176,7 @@ def same_end(one, other):
         assert array.tobytes() == other.restart[name].tobytes(), name
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("through_file", [False, True])
 def test_a_restart_in_mid_impact_goes_on_bit_for_bit(slider_crank, tmp_path, case, through_file):

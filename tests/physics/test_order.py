@@ -43,6 +43,7 @@ def orders(errors):
     return [math.log2(coarse / fine) for coarse, fine in zip(*errors, strict=True)]
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", METHODS)
 def test_implicit_methods_are_of_second_order_on_a_double_pendulum(name):
     steps = (1e-3, 5e-4)
@@ -154,6 +155,7 @@ def driven_by(pattern, step, method, duration=1.0):
     return compared(run.solution({})), run
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "name",
     [

@@ -13,6 +13,8 @@ import flexmb as fm
 from flexmb.errors import AssemblyError, InputError, ModelError
 from flexmb.mechanisms import SliderCrankData, slider_crank
 
+pytestmark = pytest.mark.slow  # its loop takes half a minute to compile
+
 LENGTH, SIDE, YOUNG, DENSITY = 1.0, 0.01, 70e9, 2700.0
 SECTION = fm.Rectangle(width=SIDE, height=SIDE)
 LINE = DENSITY * SIDE**2  # kg/m

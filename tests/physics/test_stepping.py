@@ -20,6 +20,7 @@ from flexmb.errors import InputError, SolveError
     ],
     ids=["newmark", "runge-kutta", "radau", "staggered"],
 )
+@pytest.mark.quick(3)
 def test_the_steps_are_those_of_simulate(mechanism, options):
     states = list(fm.steps(mechanism, t_end=2e-4, **options))
     sol = fm.simulate(mechanism, t_end=2e-4, save="steps", **options)

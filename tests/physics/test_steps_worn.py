@@ -97,6 +97,7 @@ def test_the_flight_goes_on_with_its_step_right_after_an_impact(two_turns):
     assert np.count_nonzero(flight < 0.5 * before.max()) <= 6
 
 
+@pytest.mark.slow
 def test_a_refused_trial_leaves_no_trace_in_the_tolerance():
     """The largest speed of the run scales the tolerance of velocities; a wild trial, refused, once raised it 263 times.
 

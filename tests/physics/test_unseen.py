@@ -156,6 +156,7 @@ class Hum(fm.Motion):
         return (2.0 * math.pi * 1000.0,)
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("method", [None, RADAU], ids=["Newmark", "Radau"])
 @pytest.mark.parametrize("frequency", [1000.0, 5000.0, 20000.0])
 def test_a_fast_load_is_followed(frequency, method):

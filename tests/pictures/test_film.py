@@ -35,6 +35,7 @@ def frames_of(path):
         return found
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("seconds", "fps", "count"), [(0.5, 10.0, 5), (0.3, 30.0, 9), (0.01, 1.0, 1)])
 def test_a_gif_has_seconds_times_fps_frames_of_one_size(sol, tmp_path, seconds, fps, count):
     path = fm.animate(sol, tmp_path / "new" / "x.gif", seconds=seconds, fps=fps, size=(241, 180))
@@ -124,6 +125,7 @@ def travelling():
     return fm.simulate(fm.Mechanism("flight", bodies), t_end=1.0, step=0.01)
 
 
+@pytest.mark.slow
 def test_axes_follow_a_body_that_travels():
     sol = travelling()
     still, moving = film(sol, colour=None), film(sol, colour=None, follow=("disc0", "", (0.0, 0.0)))

@@ -93,6 +93,7 @@ def test_names_in_ready_mechanisms(name, lengths):
     assert not outside
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "path",
     slow_where(lambda n: n.stem[0] > "f", sorted(EXAMPLES.glob("*.py"))),
@@ -118,6 +119,7 @@ def test_the_nine_bar_names_o1_and_p1_apart():
     assert not one.overlaps(two)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["nine_bar", "nine_bar_flexible", "slider_crank"])
 def test_lengths_hide_neither_rings_nor_triangles_nor_links(name):
     figure = ready()[name].plot(lengths=True)

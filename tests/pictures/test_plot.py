@@ -174,6 +174,7 @@ def test_a_body_without_extent_is_a_square(sol):
     assert "s" in {line.get_marker() for line in ax.lines}
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "count",
     [

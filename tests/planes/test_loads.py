@@ -82,6 +82,7 @@ def test_the_static_shape_of_a_load_changes_its_buckling_by_little():
     assert shaped[:3] == pytest.approx(plain[:3], rel=1e-5)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "kind",
     [
@@ -286,6 +287,7 @@ def beam():
     return fm.FlexibleLink("rod", (0.0, 0.0), (0.3, 0.0), section=fm.Rectangle(0.01, 0.02), material=STEEL)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("forces", [[(0.0, 1e5)], [(3e4, 4e4)], [(1e5, 0.0), (2e4, 1e5)]])
 def test_a_uniform_force_takes_the_place_of_a_shape_of_inertia(forces):
     """Of equal density it bends as an acceleration does; all loads of both kinds bend exactly, and motions stay."""

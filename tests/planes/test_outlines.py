@@ -45,6 +45,7 @@ def test_area_of_a_link_converges_with_order_four(kind, width):
     assert errors[0] > 5.0 * errors[1]
 
 
+@pytest.mark.quick(12)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("hole", [0.3, pytest.param(0.6, marks=pytest.mark.slow), 0.9])
 @pytest.mark.parametrize(
@@ -71,6 +72,7 @@ def test_fillets_of_a_link_fill_its_corners(width, fillet):
     assert errors[1] < 2e-6
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("width", [0.2, 0.6, 0.75, 0.95])
 @pytest.mark.parametrize("size", [0.1, 0.5])

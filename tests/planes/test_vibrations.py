@@ -71,6 +71,7 @@ def test_the_frequency_equation_has_the_known_roots(n, inner, value):
     assert exact(n, inner, value) == pytest.approx(value, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tri6", pytest.param("quad9", marks=pytest.mark.slow)])
 def test_ring_frequencies_converge_with_order_four(kind):
     errors = ring_errors(kind, 0.02), ring_errors(kind, 0.01)

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 RIGID = """
 import sys
 import flexmb as fm
@@ -30,6 +32,7 @@ def test_a_rigid_run_imports_neither_labels_nor_sparse_matrices_nor_bars():
     assert imported(progress=False) == ([], "")
 
 
+@pytest.mark.slow
 def test_lines_of_progress_in_a_file_need_no_bar():
     names, shown = imported(progress=True)
     assert names == []

@@ -62,6 +62,7 @@ def test_stresses_of_static_shapes_alone():
     assert load.stress_error == pytest.approx((1.0 / 12.0 - off) / (1.0 / 8.0 + off), rel=1e-6)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("make", [beam, eyes])
 def test_forces_at_pins_are_exact_and_modes_help_the_rest(make):
     few, more = (make(modes=modes).accuracy(held=("start",)) for modes in (3, 12))
@@ -72,6 +73,7 @@ def test_forces_at_pins_are_exact_and_modes_help_the_rest(make):
     assert more.dropped_frequency > few.dropped_frequency
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("make", [beam, eyes])
 def test_shapes_of_inertia_are_exact_under_unit_accelerations(make):
     found = make(inertia_shapes=True).accuracy()
@@ -81,6 +83,7 @@ def test_shapes_of_inertia_are_exact_under_unit_accelerations(make):
     assert found.coordinates == 12
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("height", "modes"),
     [

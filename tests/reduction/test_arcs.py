@@ -86,6 +86,7 @@ def stiffened(body, at, spin):
     return (fast**2 - still**2) / spin**2
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("frame", ["chord", "pin"])
 def test_a_turning_arc_is_stiffened_as_it_is_with_all_nodes(frame):
     """Centrifugal forces bend an arc, so forces inside it count; those of the pins alone are of the wrong sign."""

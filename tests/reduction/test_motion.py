@@ -75,6 +75,7 @@ def drifts(kind, step):
     return *(np.abs(m - m[0]).max() / size for m, size in late), np.abs(energy - energy[0]).max() / kinetic
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", slow_where(lambda n: n in ("shapes of inertia", "arc", "pin"), BODIES))
 def test_a_free_body_keeps_its_momenta_and_its_energy(kind):
     """Up to the error of the integrator, which falls with the square of the step."""
@@ -185,6 +186,7 @@ def test_a_hanging_rod_is_stiffened_by_its_weight():
     assert frequencies(fm.Reduced(rod, modes=6))[1] == pytest.approx(full[1] * 0.9856, rel=1e-3)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("frame_of", ["chord", "pin"])
 def test_a_beam_on_a_turning_disc_needs_shapes_of_inertia(frame_of):
     """A hub of radius L/2 that starts to turn: (omega^2 - omega_0^2)/Omega^2 of the first frequency."""

@@ -10,6 +10,7 @@ from flexmb.results.drawing import Surface
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", ["stress", pytest.param("strain", marks=pytest.mark.slow)])
 def test_the_search_finds_the_largest_stress_of_all_nodes(state):
     """At deformations of all sizes and shapes, also of single coordinates, in any pose of the body."""

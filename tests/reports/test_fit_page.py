@@ -43,6 +43,7 @@ def found(record):
     return fm.design.fit(oscillator, BOUNDS, record, **HOW)
 
 
+@pytest.mark.slow
 def test_numbers_of_a_fit(found, tmp_path):
     page = Page(fm.report(found, tmp_path / "fit.html"))
     assert page.data["kind"] == "fit"

@@ -22,6 +22,7 @@ def page(engine, tmp_path_factory):
     return Page(fm.report(engine, tmp_path_factory.mktemp("mesh") / "run.html"))
 
 
+@pytest.mark.slow
 def test_a_page_holds_the_deformed_mesh_and_its_stress(engine, page):
     (mesh,) = page.data["scene"]["meshes"]
     (surface,) = drawing.surfaces(engine, np.arange(len(engine.time)))

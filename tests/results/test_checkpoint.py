@@ -55,6 +55,7 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("blocks", [pytest.param(1, marks=pytest.mark.slow), 40])
 @pytest.mark.parametrize(
     "options",
@@ -119,6 +120,7 @@ PARTS = {
 }
 
 
+@pytest.mark.quick(1)
 @pytest.mark.filterwarnings("ignore::flexmb.errors.RestitutionWarning")
 @pytest.mark.parametrize("kind", slow_where(lambda n: n in ("controllers", "ideal cam"), PARTS))
 def test_runs_with_controllers_and_cams_that_were_killed_go_on(tmp_path, monkeypatch, small_blocks, kind):
@@ -308,6 +310,7 @@ def test_fifty_kills(tmp_path):
     same(fm.load(tmp_path / "slider-crank.nc"), fm.load(other / "slider-crank.nc"))
 
 
+@pytest.mark.slow
 def test_a_full_disk_loses_nothing(tmp_path):
     """A process that may not write files above 4 kB gets an error, and the old result stays."""
     path = tmp_path / "slider-crank.nc"

@@ -61,6 +61,7 @@ def small_disk(tmp_path):
         subprocess.run(["umount", place], check=True)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", slow_where(lambda n: n in ("a.pdf", "a.png", "a.svg"), WRITERS))
 def test_a_full_disk_leaves_the_old_file_whole(sol, small_disk, name):
     if name.endswith("mp4"):
@@ -183,6 +184,7 @@ def test_a_checkpoint_that_cannot_be_removed_is_noted(tmp_path, monkeypatch):
     assert crank(checkpoint=tmp_path / "file" / "run.nc").ok
 
 
+@pytest.mark.slow
 def test_the_checkpoint_stays_until_the_results_are_on_disk(tmp_path, monkeypatch, capsys):
     """The disk is full when the command writes its results: a call with --resume has them all."""
     real, full = os.fsync, OSError(errno.ENOSPC, "No space left on device")

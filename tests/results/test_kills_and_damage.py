@@ -133,6 +133,7 @@ CRAFTED = (np.nan, np.inf, -np.inf, -1.0, 0.5, 3.0, 1e3, 1e9, -1e15, 1e18, 1e300
 """Values that a forger may write into any number of a restart or a checkpoint."""
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("method", [None, fm.RadauIIA()], ids=["Newmark", "Radau"])
 @pytest.mark.parametrize("copies", FEW_OR_MANY)
 def test_forged_numbers_of_a_restart_never_leave_the_memory(tmp_path, monkeypatch, copies, method):
@@ -166,6 +167,7 @@ def test_a_restart_that_begins_to_save_after_its_present_is_refused(value):
 COUNTERS = ("count", "poses.number", "predictor", "report", "reuse", "clock")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("copies", FEW_OR_MANY)
 def test_forged_counters_of_a_checkpoint_never_leave_the_memory(tmp_path, monkeypatch, copies):
     path = _checkpoint(tmp_path, monkeypatch)

@@ -264,6 +264,7 @@ def record(**changes):
     return change
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("change", "told"),
     [

@@ -245,6 +245,7 @@ OTHERS = {  # with other numbers than the one that moved
 }  # fmt: skip
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", OTHERS)
 def test_stresses_of_a_file_need_the_body_that_moved(kind, tmp_path):
     """Once a reduced bar of aluminium for one of steel had a third of its stress; other loads change nothing."""

@@ -142,6 +142,7 @@ PAIRS = {
 }
 
 
+@pytest.mark.quick(11)
 @pytest.mark.parametrize("kind", PAIRS)
 def test_other_wiring_is_refused(kind):
     first, second = PAIRS[kind]

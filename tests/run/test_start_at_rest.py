@@ -72,6 +72,7 @@ CASES = {
 }
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("case", slow_where(lambda n: n == "mesh", CASES))
 def test_meshes_ropes_stops_and_springs_stay_at_rest(case, step):

@@ -51,6 +51,7 @@ def is_labelled(ax):
     return "[" in ax.get_ylabel()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "number",
     slow_where(lambda n: n >= 28, [n for n in MOTIONS if n not in (16, 33)]),
@@ -120,6 +121,7 @@ def test_paths(number, results):
         assert np.nanmax(radius) < 1.2 * clearance
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(
     "plate",
     [pytest.param(plate, marks=pytest.mark.slow) if number >= 28 else plate for number, plate in MOTIONS.items()],

@@ -79,6 +79,7 @@ def effort(request):
     return request.param
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_runs_of_one_name_are_one_run(name, effort):
     page = page_of(name, effort)
@@ -94,6 +95,7 @@ def test_runs_of_one_name_are_one_run_across_the_pages(effort):
             assert known.setdefault(run.name, run) == run
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("effort", [pytest.param(FULL, marks=pytest.mark.slow), QUICK], ids=["full", "quick"])
 def test_a_page_is_written_from_its_results(name, effort, tmp_path):

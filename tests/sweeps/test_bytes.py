@@ -69,6 +69,7 @@ def test_a_function_over_a_grid_does_too(pool, tmp_path):
     assert content(tmp_path / "s.zarr") == content(tmp_path / "alone.zarr")
 
 
+@pytest.mark.slow
 def test_a_mechanism_does_too(tmp_path):
     settings = {"skip": 2, "keep": 3, "direction": "up", "chunks": 2, "period": 2.0 * np.pi}
     pools = {"alone": None, "threads": 2, "more threads": np.int64(5), "pool": ProcessPoolExecutor(2)}
@@ -175,6 +176,7 @@ def test_fifty_kills_of_a_sweep(tmp_path):
     assert content(store) == content(whole)
 
 
+@pytest.mark.slow
 def test_every_state_of_a_killed_write_is_gone_on_with(reference, tmp_path):
     """Any file may be missing, and a temporary one may be left: the store ends with the same bytes."""
     path, dataset = reference
@@ -314,6 +316,7 @@ def test_other_folders_are_refused(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("file", ["points/zarr.json", "points/c/0/0/0/0", "status/c/0/0", "ok/c/0/0"])
 def test_a_damaged_store_is_refused_by_name(reference, tmp_path, file):
     """Chunks and descriptions are renamed into place, so only a failing disk or another program cuts them short."""

@@ -277,6 +277,7 @@ def swept(function, store, **more):
     return fm.sweep(function, {"a": [1.0, 2.0]}, store=store, **more)
 
 
+@pytest.mark.quick(12)
 @pytest.mark.parametrize("kind", CHANGES)
 def test_another_model_is_refused(kind, model, tmp_path):
     text, old, new = CHANGES[kind]

@@ -24,6 +24,7 @@ def named(found, step):
     return str(found) == "transient" and f"moves on by {step:.3g} a point" in found.reason
 
 
+@pytest.mark.quick(7)
 @pytest.mark.parametrize("k", CYCLES)
 @pytest.mark.parametrize("rate", slow_where(lambda n: n in (0.003, 0.03), RATES))
 @pytest.mark.parametrize("sign", slow_where(lambda n: n < 0.0, [1.0, -1.0]))

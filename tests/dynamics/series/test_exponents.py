@@ -30,6 +30,7 @@ REGULAR = ["sine", "two sines", "decay", "constant", "constant, rounded", "ramp"
 REGULAR += ["period 1", "period 2", "period 4", "period 3"]
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(("name", "method"), PAIRS)
 def test_published_exponent_lies_in_the_band(signals, name, method):
     found, true = method(*signals[name]), PUBLISHED[name.split()[0]]

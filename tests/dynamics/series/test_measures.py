@@ -32,6 +32,7 @@ def test_information_at_lag_0_is_that_of_equal_intervals_and_two_iterations_forg
     assert information[0] - information[2] == pytest.approx(2.0 * math.log(2.0), abs=0.08)
 
 
+@pytest.mark.slow
 def test_independent_samples_share_only_what_finite_records_feign(signals):
     x, _ = signals["noise"]
     bins = round(math.exp(fm.chaos.mutual_information(x, 0)[0]))
@@ -65,6 +66,7 @@ def test_noise_fits_into_no_dimension(signals):
 # 0-1 test
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("name", CHAOTIC)
 def test_chaos_walks_at_random(signals, name):
     assert fm.chaos.zero_one_test(signals[name][0]).kind == "chaotic"
@@ -157,6 +159,7 @@ def test_floor_of_white_noise():
 # correlation dimension
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("name", "dimension", "tolerance"),
     [
@@ -267,6 +270,7 @@ def henon_once(signals):
     return x, cache(lambda name: ANSWERS[name](x))
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", slow_where(lambda n: n in ("kantz", "recurrence"), ANSWERS))
 @settings(max_examples=8)
 @given(scale=st.floats(1e-6, 1e6), sign=st.sampled_from([-1.0, 1.0]), offset=st.floats(-100.0, 100.0))

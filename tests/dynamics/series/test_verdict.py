@@ -93,6 +93,7 @@ def test_chaos_of_the_logistic_map(maps, r):
     assert str(fm.chaos.judge(logistic_points(maps, r), ["x"])) == "chaotic"
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "count", [120, 250, pytest.param(1000, marks=pytest.mark.slow), pytest.param(3000, marks=pytest.mark.slow)]
 )
@@ -117,6 +118,7 @@ def test_lorenz_and_rossler_sections_are_chaotic(signals):
 # Quasi-periodic
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("rotation", "coupling"), [(GOLDEN, 0.0), (GOLDEN, 0.8), (0.3337, 0.3), (math.pi / 10, 0.5)])
 @pytest.mark.parametrize(
     "count",
@@ -138,6 +140,7 @@ def test_three_frequencies_are_not_chaos():
 # Transients
 
 
+@pytest.mark.quick(8)
 @pytest.mark.parametrize("rate", [0.9, 0.99, 0.999])
 @pytest.mark.parametrize("count", [120, 250, 500, 1000])
 def test_a_decay_is_a_transient(rate, count):
@@ -193,6 +196,7 @@ def test_parametric_resonance_is_no_chaos():
     assert found.verdict.evidence["growth"] == pytest.approx(math.exp(found.value * math.pi), rel=1e-3)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("start", [(0.1, 0.1), (0.3, 0.1)])
 @pytest.mark.parametrize("tail", [0.85, 0.5, 0.3])
 def test_a_chaotic_transient_that_ends_is_not_called_chaotic(maps, start, tail):
@@ -330,6 +334,7 @@ def test_a_verdict_is_a_value(maps):
         fm.chaos.Verdict("chaos", "")
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(
     scale=st.floats(1e-6, 1e6), sign=st.sampled_from([-1.0, 1.0]), offset=st.floats(-10.0, 10.0),
