@@ -494,6 +494,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
     told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]
+    texts = (" ".join(f"{x:+.2f} of {a}" for a, x in zip(labels, v, strict=True) if abs(x) > MEMBER) for v in right[~seen])
     lows, highs = search.low.tolist(), (search.low + search.width).tolist()
     shared = zip(found.x[p:], own.offset, strict=True)
     offsets = {own.signals[k]: float(x * own.noise[group[0]]) for x, group in shared for k in group}
@@ -501,7 +502,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     return Fit(
         parameters=dict(zip(names, search.values(found.x).tolist(), strict=True)), errors=errors,
         bounds=dict(zip(names, zip(lows, highs, strict=True), strict=True)), correlation=correlation[:p, :p],
-        offsets=offsets, unseen=tuple(_combinations(labels, right[~seen])), residuals=left_over, rms=rms,
+        offsets=offsets, unseen=tuple(filter(None, texts)), residuals=left_over, rms=rms,
         runs=search.runs, ok=bool(found.success) and not stuck, message=" ".join(told), corrected=corrected,
         computed=left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))), begins=own.begins,
         units=units, about=about,
@@ -583,11 +584,3 @@ def _correlated(left: xr.Dataset, errors: Mapping[str, float], corrected: Mappin
     grown = [f"{name} {x:.2g} ({x / errors[name]:.2g} times)" for name, x in corrected.items() if math.isfinite(x)]
     text = f"Residuals are correlated from one instant to the next by {', '.join(of)}: n (1 - r)/(1 + r)"
     yield (f"{text} of n numbers count, and standard errors are too small. Corrected: {display.listed(grown, 6)}.")
-
-
-def _combinations(names: Sequence[str], directions: np.ndarray) -> Iterator[str]:
-    """Combinations of changes of parameters, relative to their bounds, that the data do not show."""
-    for row in directions:
-        members = [(name, x) for name, x in zip(names, row, strict=True) if abs(x) > MEMBER]
-        if members:
-            yield " ".join(f"{x:+.2f} of {name}" for name, x in members)

@@ -70,9 +70,17 @@ def geometric_stiffness(
     slope = slope / (12.0 * h) + by_contacts
     if not size:
         return slope.tocsc()
+    bent = sp.lil_matrix((program.n_q, program.n_q))
+    # A'^T K A + A^T K A' of each reduced body: A, its deformations by its coordinates, and the slope A'
+    for body in (one for one in mechanism.bodies if isinstance(one, Reduced)):
+        nodes, K = body.element.nodes, body.element.matrices["K"]
+        first = program.names.coordinates.index(f"{body.name}.{nodes[0].name}.x")
+        own = slice(first, first + COORDINATES * len(nodes))
+        ahead, behind = (_deformations(body.element, q[own] + step * u[own]) for step in (h, -h))
+        half = _deformations(body.element, q[own]).T @ K @ (ahead - behind) / (2.0 * h)
+        bent[own, own] = half + half.T
     turned = _turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)
-    bodies = [body for body in mechanism.bodies if isinstance(body, Reduced)]
-    return sum((_bent(body, program, q, u, h) for body in bodies), slope - turned).tocsc()
+    return (slope - turned - bent).tocsc()
 
 
 def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
@@ -141,18 +149,6 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     blocks += blocks.transpose(0, 2, 1)
     rows, columns = np.repeat(dofs, 6, axis=1), np.tile(dofs, (1, 6))
     return sp.csc_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(program.n_q, program.n_q))
-
-
-def _bent(body: Reduced, program: Program, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
-    """-(A'^T K A + A^T K A') of a reduced body (n_q, n_q): A, its deformations by its coordinates, and the slope A'."""
-    nodes, K = body.element.nodes, body.element.matrices["K"]
-    first = program.names.coordinates.index(f"{body.name}.{nodes[0].name}.x")
-    own = slice(first, first + COORDINATES * len(nodes))
-    ahead, behind = (_deformations(body.element, q[own] + h * u[own]) for h in (stride, -stride))
-    half = _deformations(body.element, q[own]).T @ K @ (ahead - behind) / (2.0 * stride)
-    found = sp.lil_matrix((program.n_q, program.n_q))
-    found[own, own] = -(half + half.T)
-    return found.tocsc()
 
 
 def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:

@@ -430,21 +430,16 @@ def largest_of(operator: Solve, size: int, count: int) -> Eigenpairs:
                 raise
         least = np.sort(found)[-count] if len(found) else 0.0
         found = np.append(found, np.abs(more))
-        Q = scipy.linalg.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]
+        parts = np.hstack([x.real, x.imag])
+        for _ in range(2):  # twice: round-off of the first time
+            parts = parts - Q @ (Q.T @ parts)
+        U, sizes, _ = scipy.linalg.svd(parts, full_matrices=False)
+        Q = scipy.linalg.qr(np.hstack([Q, U[:, sizes > 1e-8 * sizes[0]]]), mode="economic")[0]
         if np.abs(more).max() <= least * (1.0 + 1e-9):
             break
     values, y = scipy.linalg.eig(Q.T @ np.column_stack([operator(q) for q in Q.T]))
     order = np.argsort(-np.abs(values), kind="stable")[:count]
     return values[order], Q @ y[:, order]
-
-
-def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
-    """Orthonormal real basis of complex vectors, orthogonal to Q."""
-    parts = np.hstack([x.real, x.imag])
-    for _ in range(2):  # twice: round-off of the first time
-        parts = parts - Q @ (Q.T @ parts)
-    U, sizes, _ = scipy.linalg.svd(parts, full_matrices=False)
-    return np.asarray(U[:, sizes > 1e-8 * sizes[0]])
 
 
 # Whether an equilibrium is stable: signs of the eigenvalues of its stiffness

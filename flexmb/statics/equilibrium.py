@@ -125,22 +125,18 @@ class Equilibrium:
         return list(self.names)
 
     def __repr__(self) -> str:
-        reactions = [cut(f"  reactions: {', '.join(self._reactions())}")] if self.reactions else []
-        return "\n".join([self._title(), *reactions])
+        found = []
+        for joint, (fx, fy, moment) in self.reactions.items():
+            texts = [f"{force:.4g} N"] if (force := float(np.hypot(fx, fy))) or not moment else []
+            texts += [f"{moment:.4g} N m"] if moment else []
+            found.append(f"{joint} {' and '.join(texts)}")
+        return "\n".join([self._title(), *([cut(f"  reactions: {', '.join(found)}")] if found else [])])
 
     def _title(self) -> str:
         kind = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         spin = f", turning at {self.spin:.6g} rad/s" if self.spin else ""
         text = f"{counted(len(self.q), 'coordinate')}, {counted(self.iterations, 'Newton iteration')}"
         return f"Equilibrium ({kind}{spin}): {text}"
-
-    def _reactions(self) -> list[str]:
-        found = []
-        for joint, (fx, fy, moment) in self.reactions.items():
-            texts = [f"{force:.4g} N"] if (force := float(np.hypot(fx, fy))) or not moment else []
-            texts += [f"{moment:.4g} N m"] if moment else []
-            found.append(f"{joint} {' and '.join(texts)}")
-        return found
 
     def _repr_html_(self) -> str:
         rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]

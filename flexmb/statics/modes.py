@@ -384,19 +384,16 @@ def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:
     return found
 
 
-def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without gravity and forces, whose stiffness would need the forces of the joints, too."""
-    if not isinstance(mechanism, Mechanism):
-        return mechanism  # compile says what it is
-    controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
-    dead = {part.name for part in mechanism.parts if part.declared_load} - controlled
-    return mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
-
-
 def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
     """Program about the reference configuration, bare, or about an equilibrium, also of ideal joints, with loads."""
     if at is None:
-        return compile_mechanism(_without_dead_loads(mechanism), closed=True, controlled=True)
+        if isinstance(mechanism, Mechanism):  # else compile says what it is
+            # Gravity and forces are left out: their stiffness would need the forces of the joints, too.
+            controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
+            dead = {part.name for part in mechanism.parts if part.declared_load} - controlled
+            kept = [part for part in mechanism.parts if part.name not in dead]
+            mechanism = mechanism.with_loads(kept, (0.0, 0.0))
+        return compile_mechanism(mechanism, closed=True, controlled=True)
     program = compile_mechanism(mechanism)
     ideal = any(c.holds == "closed" for c in mechanism.contributions().constraints)
     if ideal and (len(at.q), len(at.lam)) != (program.n_q, program.n_c):

@@ -72,28 +72,22 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
     extra = len(surplus_rows(StateEvaluation(program).at(q, t=t).blocks[1]))
     if extra == 0:
         return 0
-    try:
-        further = neighbouring_pose(closed, q, t)
-    except AssemblyError:
-        return 0
-    return extra if len(surplus_rows(StateEvaluation(program).at(further, t=t).blocks[1])) == extra else 0
-
-
-def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
-    """A closed pose near q, drives moved as well, in a direction without symmetry."""
+    # The pose beside it is closed, the drives are moved as well, in a direction without symmetry.
     rigid, rows = RigidMotion(closed), drive_rows(closed)
     system = StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
     ways = scipy.linalg.null_space(A[np.setdiff1d(np.arange(closed.n_c), list(rows.values()))], rcond=RANK_TOLERANCE)
-    if ways.shape[1] == 0:
-        return q
-    w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
-    aside = rigid.moved(q, POSE_SHIFT * w / np.abs(w).max())
-    system.at(aside, t=t)
-    motion = system.work.drive[closed.tables.constraints.motion >= 0, MOTION]
-    # where the drives stand now
-    target = {name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)}
-    return close_loops(closed, target, start=aside, t=t)[0]
+    if ways.shape[1]:
+        w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
+        q = rigid.moved(q, POSE_SHIFT * w / np.abs(w).max())
+        motion = system.at(q, t=t).work.drive[closed.tables.constraints.motion >= 0, MOTION]
+        # where the drives stand now
+        target = {name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)}
+        try:
+            q = close_loops(closed, target, start=q, t=t)[0]
+        except AssemblyError:
+            return 0
+    return extra if len(surplus_rows(StateEvaluation(program).at(q, t=t).blocks[1])) == extra else 0
 
 
 def least_norm(
