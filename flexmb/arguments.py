@@ -174,14 +174,10 @@ def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...]
         for name in keywords
         if name not in known
     ]
-    there, texts = {*placed[: len(given)], *keywords}, parameters(function)
+    there = {*placed[: len(given)], *keywords}
+    meanings = {name: text.partition(";")[0].rstrip(".") for name, text in parameters(function).items()}
     missing = [one.name for one in found if one.default is Parameter.empty and one.name not in there]
-    hints = hints or [f"{one} is missing; give {one}=...{_meaning(texts.get(one))}." for one in missing]
+    words = {one: f" ({meanings[one]})" if meanings.get(one) else "" for one in missing}
+    hints = hints or [f"{one} is missing; give {one}=...{words[one]}." for one in missing]
     if hints:
         raise ArgumentError(f"{label}: {' '.join(hints)}") from None
-
-
-def _meaning(text: str | None) -> str:
-    """Meaning of an argument in brackets, by its entry in a docstring."""
-    first = (text or "").partition(";")[0].rstrip(".")
-    return f" ({first})" if first else ""

@@ -144,13 +144,12 @@ def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: 
 @cache
 def fields_of(kind: type) -> tuple[Field, ...]:
     """Declarations of the fields of a dataclass."""
-    return tuple(_said(field) for field in dataclasses.fields(kind))
-
-
-def _said(field: dataclasses.Field[Any]) -> Field:
-    declared = str(getattr(field.type, "__name__", field.type))
-    meaning, unit, rule, hint = field.metadata.get("said", ("", "", None, ""))
-    return Field(field.name, declared, meaning, unit, rule, hint, field.default is None or "None" in declared)
+    found = []
+    for field in dataclasses.fields(kind):
+        declared, said = str(getattr(field.type, "__name__", field.type)), field.metadata.get("said")
+        optional = field.default is None or "None" in declared
+        found.append(Field(field.name, declared, *(said or ("", "", None, "")), optional))
+    return tuple(found)
 
 
 def unit_of(thing: Any, name: str) -> str:

@@ -494,7 +494,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
     told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]
-    texts = (" ".join(f"{x:+.2f} of {a}" for a, x in zip(labels, v, strict=True) if abs(x) > MEMBER) for v in right[~seen])
+    pairs = ([f"{x:+.2f} of {a}" for a, x in zip(labels, v, strict=True) if abs(x) > MEMBER] for v in right[~seen])
     lows, highs = search.low.tolist(), (search.low + search.width).tolist()
     shared = zip(found.x[p:], own.offset, strict=True)
     offsets = {own.signals[k]: float(x * own.noise[group[0]]) for x, group in shared for k in group}
@@ -502,7 +502,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     return Fit(
         parameters=dict(zip(names, search.values(found.x).tolist(), strict=True)), errors=errors,
         bounds=dict(zip(names, zip(lows, highs, strict=True), strict=True)), correlation=correlation[:p, :p],
-        offsets=offsets, unseen=tuple(filter(None, texts)), residuals=left_over, rms=rms,
+        offsets=offsets, unseen=tuple(" ".join(own) for own in pairs if own), residuals=left_over, rms=rms,
         runs=search.runs, ok=bool(found.success) and not stuck, message=" ".join(told), corrected=corrected,
         computed=left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))), begins=own.begins,
         units=units, about=about,

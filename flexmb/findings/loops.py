@@ -18,6 +18,7 @@ from flexmb.late import scipy, sp
 from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
+from flexmb.planar import from_frame
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, body_rows, by_part, close_loops, drive_rows, least_shift
 from flexmb.statics.start.consistent import dependent_parts, redundancy, redundant_rows, shaken_pose
@@ -300,7 +301,12 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
 def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
     """Three weak joints of two neighbouring links on one line in a locked pose (n_q,), of the parts `weak`; or ()."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
-    points = {joint.name: _point(mechanism, closed, pose, joint) for joint in joints}
+    points = {}
+    for joint in joints:
+        end = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
+        node = f"{end.part}.{end.node}" if end.node else end.part
+        x, y, theta = (pose[closed.coordinate(f"{node}.{axis}")] for axis in ("x", "y", "theta"))
+        points[joint.name] = np.array(from_frame((x, y), theta, end.offset))
     best: tuple[float, tuple[str, ...]] = (ALIGNED, ())
     for three in combinations(joints, 3):
         for middle in three:
@@ -321,12 +327,3 @@ def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak
 def _shared(one: Joint, other: Joint) -> set[str]:
     """Names of the moving bodies that both joints belong to."""
     return ({one.first.name, one.second.name} & {other.first.name, other.second.name}) - {GROUND.name}
-
-
-def _point(mechanism: Mechanism, closed: Program, pose: np.ndarray, joint: Joint) -> np.ndarray:
-    """Place of a joint in a pose [m]."""
-    end = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
-    node = f"{end.part}.{end.node}" if end.node else end.part
-    x, y, theta = (pose[closed.coordinate(f"{node}.{axis}")] for axis in ("x", "y", "theta"))
-    c, s = math.cos(theta), math.sin(theta)
-    return np.array([x + c * end.offset[0] - s * end.offset[1], y + s * end.offset[0] + c * end.offset[1]])

@@ -124,10 +124,7 @@ class ElasticBody(Body):
         if stress > limit:
             wrong = strain > IMPOSSIBLE_STRAIN
             yield found("large-strain", (self.name,), text, wrong=wrong, time=when, strain=strain, limit=limit)
-        yield from self._strength(motion)
-
-    def _strength(self, motion: WatchedMotion) -> Iterator[Finding]:
-        """Finding on the largest stress of the time that is saved."""
+        # The largest stress of the time that is saved.
         place, limit = motion.signals.places.get(f"{self.name}.von_mises"), _yield_stress(self)
         stress = 0.0 if place is None else float(motion.reported[0][place])
         if place is None or limit is None or not stress > LEAST * limit:

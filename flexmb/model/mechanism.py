@@ -149,7 +149,17 @@ class Mechanism(metaclass=arguments.CheckedType):
         checks.identifier("Mechanism", self.name)
         object.__setattr__(self, "parts", checks.sequence(self.label, "parts", self.parts, "parts"))
         object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity, "m/s^2"))
-        self._raise([*self._wrong_names(), *self._missing_parts()])
+        wrong: list[FlexmbError] = []
+        seen: dict[str, Part] = {}
+        for part in self.parts:
+            if not isinstance(part, Part):
+                raise InputError(f"{self.label}: {part!r} is not a part.")
+            if part.name in seen or part.name in RESERVED:
+                other = f"{seen[part.name].label}" if part.name in seen else RESERVED[part.name]
+                text = f"{self.label} has two parts named {part.name!r}: {part.label} and {other}."
+                wrong.append(ModelError(f"{text} Rename one."))
+            seen[part.name] = part
+        self._raise([*wrong, *self._missing_parts()])
         invalid: list[FlexmbError] = []
         for part in self.parts:
             try:
@@ -165,17 +175,6 @@ class Mechanism(metaclass=arguments.CheckedType):
         if errors:
             texts = "\n".join(f"{k}. {error}" for k, error in enumerate(errors, 1))
             raise ModelError(f"{self.label} has {len(errors)} errors:\n{texts}")
-
-    def _wrong_names(self) -> Iterator[ModelError]:
-        seen: dict[str, Part] = {}
-        for part in self.parts:
-            if not isinstance(part, Part):
-                raise InputError(f"{self.label}: {part!r} is not a part.")
-            if part.name in seen or part.name in RESERVED:
-                other = f"{seen[part.name].label}" if part.name in seen else RESERVED[part.name]
-                text = f"{self.label} has two parts named {part.name!r}: {part.label} and {other}."
-                yield ModelError(f"{text} Rename one.")
-            seen[part.name] = part
 
     def _missing_parts(self) -> Iterator[ModelError]:
         for part in self.parts:
@@ -430,11 +429,9 @@ def require_field(label: str, name: str, owner: Any) -> str:
     known = [f.name for f in fields(owner) if f.init and f.name != "name"]
     name = arguments.present_name(type(owner), name)
     if isinstance(owner, Joint) and "clearance" not in known and get_close_matches(name, ["clearance"]):
-        text = f"{label}: {owner.label} has no clearance"
-        raise InputError(
-            f"{text}. Give the mechanism a joint with clearance of the same name, e.g. RevoluteClearance(...); a ready "
-            "mechanism has one where its own clearance is given (clearance=..., on the command line --clearance)."
-        )
+        text = f"{label}: {owner.label} has no clearance. Give the mechanism a joint with clearance of the same name, e.g."
+        text += " RevoluteClearance(...); a ready mechanism has one where its own clearance is given"
+        raise InputError(f"{text} (clearance=..., on the command line --clearance).")
     return checks.one_of(label, "field", name, known)
 
 

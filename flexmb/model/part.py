@@ -21,7 +21,6 @@ from flexmb.model.contributions import (
     ConstraintContribution,
     Contribution,
     ControlContribution,
-    Coordinate,
     ElementContribution,
     Ends,
     Node,
@@ -334,23 +333,20 @@ class Element(Part):
         return ()
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
-        p = self.parameters()
+        names, named = [f.name for f in fields(self) if isinstance(getattr(self, f.name), Part)], []
+        for text in self.coords:
+            words = text.split(".")
+            if len(words) not in (2, 3) or words[0] not in names or words[-1] not in AXES:
+                text = f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS"
+                raise InputError(f"{text} with FIELD in {names} and AXIS in {list(AXES)}.")
+            body = mechanism.body(getattr(self, words[0]).name, self.label)
+            node = body.main if len(words) == 2 else body.node(words[1]).name
+            named.append((body.name, node, AXES.index(words[-1])))
+        coordinates, p = tuple(named), self.parameters()
         others: dict[str, Any] = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
         element = ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **others)
         own = [SignalContribution(self.name, name, unit, kernel, coordinates, p) for name, unit, kernel in self.signals]
         return [element, *own]
-
-    def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
-        words = text.split(".")
-        names = [f.name for f in fields(self) if isinstance(getattr(self, f.name), Part)]
-        if len(words) not in (2, 3) or words[0] not in names or words[-1] not in AXES:
-            raise InputError(
-                f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS "
-                f"with FIELD in {names} and AXIS in {list(AXES)}."
-            )
-        body = mechanism.body(getattr(self, words[0]).name, self.label)
-        return body.name, body.main if len(words) == 2 else body.node(words[1]).name, AXES.index(words[-1])
 
 
 @record

@@ -206,19 +206,15 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(tested, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
-        check_gamma(bench, tested, full if contribution.motions else on_manifold(tested, full), scale)
+        # G a = gamma holds if d(G v + g_t)/dt = 0: gamma is the negative rate of G v + g_t at constant v.
+        moving = full if contribution.motions else on_manifold(tested, full)
 
+        def rate(s: float, at: State = moving) -> np.ndarray:
+            out = tested({**at, "q": at["q"] + s * at["v"], "t": at["t"] + s})
+            return np.asarray(-(out["G"] @ at["v"] + out["g_t"]))
 
-def check_gamma(bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray) -> None:
-    """Compare gamma with the negative rate of G v + g_t at constant v: G a = gamma holds if d(G v + g_t)/dt = 0."""
-    v = state["v"]
-
-    def rate(s: float) -> np.ndarray:
-        out = tested({**state, "q": state["q"] + s * v, "t": state["t"] + s})
-        return np.asarray(-(out["G"] @ v + out["g_t"]))
-
-    floor = 1e-4 * float(np.abs(v).max())
-    bench.derivative(tested, "gamma = -d(G v + g_t)/dt", state, tested(state)["gamma"], rate, 0.0, 0.05, floor=floor)
+        value, floor = tested(moving)["gamma"], 1e-4 * float(np.abs(moving["v"]).max())
+        bench.derivative(tested, "gamma = -d(G v + g_t)/dt", moving, value, rate, 0.0, 0.05, floor=floor)
 
 
 def on_manifold(tested: TestedKernel, state: State) -> State:
