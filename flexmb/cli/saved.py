@@ -1,7 +1,5 @@
 """Commands on saved runs: films, pictures, pages, VTK files, repetition."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from contextlib import suppress

@@ -207,18 +207,14 @@ class _Measured:
         squares = (np.where(seen, self.all_values, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
         usual = [0.1 * x or 1.0 if own is None else own for x, own in zip(np.sqrt(squares), levels, strict=True)]
         self.noise = np.array([checks.positive(label, f"noise of {self.signals[k]}", x) for k, x in enumerate(usual)])
-        self.offset = self._sharing(offset)
-        self.until(1.0)
-
-    def _sharing(self, offset: Sequence[Any]) -> list[list[int]]:
-        """Places of the signals of each offset."""
-        groups = [[x] if isinstance(x, str) else checks.sequence(self.label, "offset", x, "signals") for x in offset]
-        found = [[self.signals.index(checks.one_of(self.label, "offset", x, self.signals)) for x in g] for g in groups]
-        every = [place for places in found for place in places]
-        if len(set(every)) < len(every) or [] in found:
-            text = f"{self.label}: offset is {list(offset)!r}; each signal has one offset"
+        groups = [[x] if isinstance(x, str) else checks.sequence(label, "offset", x, "signals") for x in offset]
+        # Places of the signals of each offset
+        self.offset = [[self.signals.index(checks.one_of(label, "offset", x, self.signals)) for x in g] for g in groups]
+        every = [place for places in self.offset for place in places]
+        if len(set(every)) < len(every) or [] in self.offset:
+            text = f"{label}: offset is {list(offset)!r}; each signal has one offset"
             raise InputError(f"{text}: name it once, alone or in one list of signals that share theirs.")
-        return found
+        self.until(1.0)
 
     def cut(self, pieces: Sequence[Any]) -> None:
         """Begin a piece at the begin and at each of the times `pieces` of the data [s]."""

@@ -1,7 +1,5 @@
 """Parameters of a mechanism: numbers of parts or arguments of a function; directions in which they move a program."""
 
-from __future__ import annotations
-
 import inspect
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

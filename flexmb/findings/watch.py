@@ -153,11 +153,9 @@ def _coarse_contacts(motion: WatchedMotion, contacts: ContactLog) -> Iterator[Fi
         share = float(impulse[coarse].sum()) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
         if share > SHARE:
             first, need = float(own["start"][coarse][0]), float(np.median(lasted[coarse])) / 32.0
-            text = (
-                f"{int(coarse.sum())} of {len(coarse)} contacts of {name!r} last less than {LEAST_STEPS:g} of the "
-                f"fixed steps ({h:.3g} s), the first at t = {first:.6g} s: their restitution is an accident of the "
-                "steps."
-            )
+            text = f"{int(coarse.sum())} of {len(coarse)} contacts of {name!r} last less than {LEAST_STEPS:g} of the"
+            text += f" fixed steps ({h:.3g} s), the first at t = {first:.6g} s: their restitution is an accident of the"
+            text += " steps."
             remedy, wrong = f"Take steps of {need:.2g} s, or Adaptive().", share > IMPOSSIBLE_SHARE
             yield found("coarse-step", (name.partition(".")[0],), text, remedy, wrong=wrong, time=first, share=share)
 

@@ -144,10 +144,8 @@ class _Finder:
             text = f"{control.label}: input {wanted!r} is the largest of many values, whose place jumps"
             return ModelError(f"{text}. Give sample=, so that the controller reads it at instants.")
         text = f"{control.label}: input {wanted!r} is no function of positions and velocities alone"
-        return ModelError(
-            f"{text} (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so "
-            "that the controller reads it at instants, or measure a position or a velocity."
-        )
+        text += " (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so that"
+        return ModelError(f"{text} the controller reads it at instants, or measure a position or a velocity.")
 
     def _needs_acceleration(self, source: Source) -> bool:
         """Whether a signal kernel gives other values for other accelerations, at a few states."""
@@ -173,10 +171,9 @@ def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list
         ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
         if not ready:
             outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
-            raise ModelError(
-                f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant: "
-                "an algebraic loop. Give one of the controllers sample=, or read a state in place of an output."
-            )
+            text = f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant:"
+            remedy = "Give one of the controllers sample=, or read a state in place of an output."
+            raise ModelError(f"{text} an algebraic loop. {remedy}")
         found += ready
         left = [control for control in left if control not in ready]
     return found

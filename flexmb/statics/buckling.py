@@ -79,8 +79,7 @@ def geometric_stiffness(
         ahead, behind = (_deformations(body.element, q[own] + step * u[own]) for step in (h, -h))
         half = _deformations(body.element, q[own]).T @ K @ (ahead - behind) / (2.0 * h)
         bent[own, own] = half + half.T
-    turned = _turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)
-    return (slope - turned - bent).tocsc()
+    return (slope - (_turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)) - bent).tocsc()
 
 
 def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
@@ -379,7 +378,13 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
     refuse_controllers(mechanism, "buckling", "loads that depend on the motion have no factor at which they buckle")
-    bare = unloaded(mechanism)
+    kept = []  # without loads, which are no bodies and have elements that keep no energy beside signals
+    for part in mechanism.parts:
+        given = () if isinstance(part, Body) else mechanism.contributions_of(part)
+        forces = [one for one in given if not isinstance(one, SignalContribution)]
+        if not forces or any(not isinstance(one, ElementContribution) or one.energy is not None for one in forces):
+            kept.append(part)
+    bare = mechanism.with_loads(kept, (0.0, 0.0))
     program, loaded = (compile_mechanism(m, closed=True, touching=True) for m in (bare, mechanism))
     system = StateEvaluation(program)
     force, K_load = _loads(system, StateEvaluation(loaded), np.array(program.reference.q))
@@ -429,26 +434,14 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
     return q, np.zeros(program.n_c)
 
 
-def unloaded(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without gravity and without loads: no bodies, with elements that keep no energy beside signals."""
-    kept = []
-    for part in mechanism.parts:
-        found = () if isinstance(part, Body) else mechanism.contributions_of(part)
-        forces = [one for one in found if not isinstance(one, SignalContribution)]
-        if not forces or any(not isinstance(one, ElementContribution) or one.energy is not None for one in forces):
-            kept.append(part)
-    return mechanism.with_loads(kept, (0.0, 0.0))
-
-
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes by a dense eigensolver on the null space of G."""
     Z = null_space(G.toarray())
     k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
     if np.abs(k_path - k_path.T).max(initial=0.0) > ASYMMETRY * np.abs(k_path).max(initial=0.0):
-        raise InputError(
-            f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
-            f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
-        )
+        text = f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric"
+        text += " and it may flutter before it buckles."
+        raise InputError(f"{text} Use modes(at=static_equilibrium(...)) at growing loads.")
     try:
         inverse, y = scipy.linalg.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)
     except scipy.linalg.LinAlgError as error:

@@ -1,7 +1,5 @@
 """Test bench for the kernels of a part: random states, differences with their errors, reports."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar

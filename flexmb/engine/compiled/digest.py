@@ -5,8 +5,6 @@ function counts with its text, code, defaults, closure and attributes, and all t
 names.  Installed packages count by version, functions of flexmb by text.  Files that are read do not count.
 """
 
-from __future__ import annotations
-
 import ast
 import copyreg
 import dis

@@ -9,8 +9,6 @@ The lines go to stderr; on a terminal the first one counts the seconds.  Nothing
 worker processes but the first, or with FLEXMB_MESSAGES=0.
 """
 
-from __future__ import annotations
-
 import atexit
 import multiprocessing
 import os

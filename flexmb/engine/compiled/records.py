@@ -75,8 +75,7 @@ class _Fields(AttributeTemplate):
 
 def _pointer(builder: Any, record: Any, place: int, kind: Any) -> Any:
     """Pointer to the word `place` of a record."""
-    base = builder.bitcast(record, kind.as_pointer())
-    return builder.gep(base, [WORD(place)], inbounds=True)
+    return builder.gep(builder.bitcast(record, kind.as_pointer()), [WORD(place)], inbounds=True)
 
 
 def _loaded(builder: Any, record: Any, place: int, kind: Any, constant: bool) -> Any:
@@ -198,7 +197,12 @@ class Record:
                 setattr(cls, name, _number(name, kind, at))
 
     def __init__(self, *values: Any, **named: Any) -> None:
-        given = values if not named and len(values) == len(self._fields) else self._in_order(values, named)
+        given: Any = values
+        if named or len(values) != len(self._fields):
+            pairs = dict(zip(self._fields, values, strict=False), **named)
+            if len(values) + len(named) != len(self._fields) or set(pairs) != set(self._fields):
+                raise TypeError(f"{type(self).__name__} has the fields {self._fields}; given were {tuple(pairs)}")
+            given = [pairs[name] for name in self._fields]
         if self._all_floats:
             self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
             return
@@ -256,13 +260,6 @@ class Record:
         shape, dtype, begin = plan.views[name]
         array = self.__dict__[name] = np.ndarray(shape, dtype, arena, first + begin)
         return array
-
-    def _in_order(self, values: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
-        """The given values in the order of the fields."""
-        given = dict(zip(self._fields, values, strict=False), **named)
-        if len(values) + len(named) != len(self._fields) or set(given) != set(self._fields):
-            raise TypeError(f"{type(self).__name__} has the fields {self._fields}; given were {tuple(given)}")
-        return [given[name] for name in self._fields]
 
     def _refuse(self, name: str, value: Any, dtype: Any, ndim: int) -> None:
         """Refuse an array of another type; without JIT a table of kernels holds functions, which pass."""

@@ -8,8 +8,6 @@ S has the rows of the constraints as unknowns.  Two joints are coupled where a b
 block tridiagonal.  Equation (4.21) of docs/theory/integrators.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterator

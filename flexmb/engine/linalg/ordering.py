@@ -48,9 +48,14 @@ def elimination_order(
     if len(blocks) > LARGE_GRAPH:
         sequence = _multiple_minimum_degree(len(blocks), edges, np.array(last, dtype=bool))
     else:
-        parents, sequence = _minimum_degree(_neighbours(len(blocks), edges), [len(block) for block in blocks], last)
-        sequence = _postorder(parents, sequence)
-    return np.array([unknown for block in sequence for unknown in blocks[block]], dtype=np.int64)
+        neighbours: list[set[int]] = [set() for _ in blocks]
+        for edge in edges:
+            for block in edge:
+                neighbours[block].update(edge)
+        for number, around in enumerate(neighbours):
+            around.discard(number)
+        sequence = _postorder(*_minimum_degree(neighbours, [len(block) for block in blocks], last))
+    return np.array([unknown for number in sequence for unknown in blocks[number]], dtype=np.int64)
 
 
 def _check(blocks: Sequence[Sequence[int]], edges: Sequence[Sequence[int]], last: Sequence[bool]) -> None:
@@ -97,16 +102,6 @@ def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: n
     place[last] = latest[last]
     found: list[int] = np.lexsort((np.arange(count), last, place)).tolist()
     return found
-
-
-def _neighbours(count: int, edges: Sequence[Sequence[int]]) -> list[set[int]]:
-    neighbours: list[set[int]] = [set() for _ in range(count)]
-    for edge in edges:
-        for block in edge:
-            neighbours[block].update(edge)
-    for block, around in enumerate(neighbours):
-        around.discard(block)
-    return neighbours
 
 
 def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence[bool]) -> tuple[list[int], list[int]]:

@@ -9,8 +9,6 @@ system and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differ
 1996), IV.5 and IV.8.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexmb.engine.compiled.records import Matrix, Record, Vector

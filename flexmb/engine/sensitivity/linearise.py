@@ -119,13 +119,8 @@ def new_tangents(
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z."""
     # q, v, a : (n_q + 3,); z : history a time h before. Friction in joints is in A and beside G^T as in `evaluate`.
-    work.r[:] = 0.0
-    work.Gl[:] = 0.0
-    work.lu[:] = 0.0
-    T.F[:, :] = 0.0
-    T.N[:, :] = 0.0
-    T.T[:, :] = 0.0
-    T.z1[:, :] = 0.0
+    work.r[:] = work.Gl[:] = work.lu[:] = 0.0
+    T.F[:, :] = T.N[:, :] = T.T[:, :] = T.z1[:, :] = 0.0
     copy(z, T.zs)
     add_contacts(tables, address, t, h, q, v, z, 1.0, 0.0, True, work)
     for c in range(tables.contacts.kernel.shape[0]):
@@ -134,7 +129,10 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     add_constraints(tables, address, t, h, q, v, lam, z, 1.0, 0.0, True, work)
     if kv > 0.0:
         histories.find_turns(tables, address, h, kv / (ka * h), q, v, lam, T, work)
-    _subtract_stiffness(T, work)
+    for k in range(T.entries.shape[0]):  # F -= K U with the stiffness of contacts and constraints
+        value, row, column = work.lu[T.entries[k, PLACE]], T.entries[k, ROW], T.entries[k, COLUMN]
+        for j in range(T.U.shape[0]):
+            T.F[j, row] -= value * T.U[j, column]
     if tables.controls.kernel.shape[0] > 0:
         parameters.find_control_slopes(tables, address, t, q, v, a, z, ka, T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
@@ -155,15 +153,6 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     for j in range(T.q.shape[0]):
         subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
     _add_damping(tables, kv, T, work)
-
-
-@compiled
-def _subtract_stiffness(T, work):
-    """F -= K U with the stiffness of contacts and constraints in work.lu."""
-    for k in range(T.entries.shape[0]):
-        value, row, column = work.lu[T.entries[k, PLACE]], T.entries[k, ROW], T.entries[k, COLUMN]
-        for j in range(T.U.shape[0]):
-            T.F[j, row] -= value * T.U[j, column]
 
 
 @compiled

@@ -20,8 +20,6 @@ constraints); P. Muller, Chaos, Solitons and Fractals 5 (1995) 1671-1681 (jumps 
 Equations (9.1) to (9.3) of docs/theory/exponents.md.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

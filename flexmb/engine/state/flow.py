@@ -1,7 +1,5 @@
 """Accepted state of a run, which a restart holds beside signals, fingerprint, numbers of the method; trial state."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexmb.engine.compiled.records import Flags, Integers, Matrix, Record, Vector

@@ -210,11 +210,8 @@ def ending(saved, flow, record):
         return saved
     if buffer_may_overflow(flow, record):
         return codes.BUFFER_FULL
-    return (
-        balance.check_balance(flow.ledger, flow.balance)
-        if flow.balance.steps >= balance.STEPS_BEFORE_CHECK
-        else codes.RUNNING
-    )
+    is_checked = flow.balance.steps >= balance.STEPS_BEFORE_CHECK
+    return balance.check_balance(flow.ledger, flow.balance) if is_checked else codes.RUNNING
 
 
 @compiled

@@ -266,7 +266,12 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
             elif kind == at.OUTPUT:
                 u[j] = outputs[what]
             else:
-                read = _reading(program, s, c, kind, int(C.input[c]) + j, np.array(bounds))
+                name, given = "motion", (_numbers(program, np.array(bounds)), s.t)
+                if kind == at.MEASURED:
+                    place = int(C.input[c]) + j
+                    dofs = C.source_dofs[C.source_dof[place] : C.source_dof[place + 1]]
+                    name, given = "signal", (*given, s.q[dofs], s.v[dofs], np.zeros(len(dofs)))
+                read = _Call(program.controls[c], _kernel(program, name, what), given)
                 yield read
                 values, raised = read.run()
                 u[j] = np.nan if raised else values[1 if kind == at.MOTION_SPEED else 0]
@@ -276,17 +281,6 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
         yield law
         law.run()
         outputs[begin:end] = y
-
-
-def _reading(program: Program, s: Instant, c: int, kind: int, j: int, bounds: np.ndarray) -> _Call:
-    """Call of the motion or the signal that is input j of control c."""
-    C = program.tables.controls
-    what, p = C.source[j, at.SOURCE_NUMBER], _numbers(program, bounds)
-    if kind != at.MEASURED:
-        return _Call(program.controls[c], _kernel(program, "motion", what), (p, s.t))
-    dofs = C.source_dofs[C.source_dof[j] : C.source_dof[j + 1]]
-    state = s.q[dofs], s.v[dofs], np.zeros(len(dofs))
-    return _Call(program.controls[c], _kernel(program, "signal", what), (p, s.t, *state))
 
 
 def _element_calls(program: Program, s: Instant) -> Iterator[_Call]:

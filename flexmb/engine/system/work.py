@@ -1,7 +1,5 @@
 """Workspace of an evaluation, allocated once for all steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from functools import wraps
 from typing import Any, TypeVar

@@ -209,10 +209,9 @@ def _newton(
         return q, gap
     worst = sorted(by_part(program, g).items(), key=lambda item: -item[1])[:4]
     listed = ", ".join(f"{name!r} by {value:.4g}" for name, value in worst)
-    raise AssemblyError(
-        f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst). "
-        "Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
-    )
+    text = f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst)."
+    text += " Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
+    raise AssemblyError(text)
 
 
 def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:

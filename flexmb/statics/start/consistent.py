@@ -172,8 +172,18 @@ def consistent_start(
     check_massless(mechanism, program, with_states(program, q, q)[0])
     v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
     q, v = with_states(program, q, v)
-    if program.settled:
-        v = settled_states(system, q, v, t)
+    if program.settled:  # states of controls in which their rates are 0, by Newton's method
+        v, dofs = v.copy(), np.array(program.settled)
+        for _ in range(MOST_FRICTION_ITERATIONS):
+            rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
+            shift = np.linalg.lstsq(plain(system.blocks[0])[np.ix_(dofs, dofs)], rate, rcond=None)[0]
+            v[dofs] -= shift
+            if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
+                break
+        else:
+            names = ", ".join(repr(program.names.coordinates[k]) for k in dofs)
+            text = f"Mechanism {program.name!r}: no start values of {names} make their rates 0."
+            raise SolveError(f"{text} Give start values.")
     a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
     return Start(q, v, a, lam, extra)
 
@@ -184,20 +194,6 @@ def with_states(program: Program, q: np.ndarray, v: np.ndarray) -> tuple[np.ndar
     if len(states) == 0 or len(q) == program.n_q:
         return q, v
     return np.append(q, np.zeros(len(states))), np.append(v, states)
-
-
-def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
-    """Velocities (n_q,) in which the rates of some states of controls are 0, by Newton's method."""
-    v, dofs = v.copy(), np.array(system.program.settled)
-    for _ in range(MOST_FRICTION_ITERATIONS):
-        rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
-        shift = np.linalg.lstsq(plain(system.blocks[0])[np.ix_(dofs, dofs)], rate, rcond=None)[0]
-        v[dofs] -= shift
-        if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
-            return v
-    names = ", ".join(repr(system.program.names.coordinates[k]) for k in dofs)
-    text = f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0."
-    raise SolveError(f"{text} Give start values.")
 
 
 def check_independent(
