@@ -26,8 +26,6 @@ from flexmb.errors import InputError
 
 Kind = TypeVar("Kind", bound=type)
 
-# Rules of values
-
 
 class Rule(NamedTuple):
     """Rule of the values of a field."""
@@ -99,9 +97,6 @@ def two(rule: Rule, of: str, wanted: str) -> Rule:
 def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
     """An object of a class; `wanted` ends the message: "it must be a motion, e.g. Ramp(6.28, 0.5)"."""
     return Rule(lambda owner, name, value, *_: checks.instance(owner, name, value, kind, wanted))
-
-
-# Fields, and records of them
 
 
 class Field(NamedTuple):

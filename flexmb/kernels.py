@@ -203,8 +203,7 @@ class Kernel:
             expected = ", ".join(contract.parameters)
             text = f"Kernel {function.__qualname__!r} takes {taken} parameters;"
             raise KernelError(f"{text} the {contract.name} contract has {len(contract.parameters)}: ({expected}).")
-        self.function = function
-        self.contract = contract
+        self.function, self.contract = function, contract
         self._dispatcher: Any = None
         self._address = 0
         self.__doc__ = function.__doc__

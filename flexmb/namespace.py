@@ -26,8 +26,7 @@ def lazy_names(
     # and `file` are the module's `__name__` and `__file__`. Each line of the stub is `from package.module import name
     # as name`; `name` may be a module itself. `former` has former names, with the present one and the version in which
     # the former goes.
-    stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
-    homes = {name: home for home, name in _IMPORT.findall(stub)}
+    homes = {name: home for home, name in _IMPORT.findall(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))}
     names = sorted(name for name in homes if name[0] != "_")
 
     def get(name: str) -> Any:

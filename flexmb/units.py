@@ -12,7 +12,6 @@ from flexmb.checks import did_you_mean
 from flexmb.errors import InputError
 
 Scale = tuple[Fraction, int]  # factor to SI, a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4
-
 # Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit.
 KINDS = {
     "m": ("a length", "m=1 cm=1e-2 mm=1e-3 um=1e-6 μm=1e-6 nm=1e-9"),

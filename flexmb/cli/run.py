@@ -92,7 +92,6 @@ OUTPUT = ("--out", "--frames", "--checkpoint")
 # Options of output, with values and without, which are not repeated.
 FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debug")
 PERIODS = 2.0  # default length of a run, in periods
-
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4 | DormandPrince]] = {
     name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
 } | {"runge-kutta": RungeKutta4, "dormand-prince": DormandPrince}

@@ -25,12 +25,10 @@ from flexmb.version import installed_version
 # Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen.
 HARDLY_SEEN = 1e-7
 MEMBER = 0.1  # share of a parameter in such a combination from which it is named
-
 # Parts of the data, from the begin on, that are fitted one after the other.
 # The sum of squares has many minima where small differences grow; those of a shorter span are wider. In each span
 # residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
 SPANS = tuple(np.geomspace(0.01, 1.0, 14).tolist())
-
 # Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
 # which a span tells where to search.
 TRIALS, TELLING = 64, 5.0
@@ -467,8 +465,7 @@ def _variance(residuals: np.ndarray, loss: str) -> float:
 def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     """Values, errors and correlations by the derivatives at the solution."""
     own, p, J = search.measured, len(search.low), search.jacobian(found.x)
-    names, computed = tuple(search.names), search.computed(found.x)
-    residuals = search.residuals(found.x)
+    names, computed, residuals = tuple(search.names), search.computed(found.x), search.residuals(found.x)
     lengths = np.linalg.norm(J, axis=0)
     J[:, p:] *= (lengths[:p].max() or 1.0) / lengths[p:]  # offsets, which have no bounds, weigh as parameters do
     left, singular, right = np.linalg.svd(J, full_matrices=False)

@@ -107,8 +107,7 @@ def static_sensitivity(
     run = ParameterRun(here.program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
     none = np.zeros(here.program.n_q)
     run.begin(Start(rest.q, none, none, rest.lam))
-    places = places_of(label, here.program, names)
-    found = directions(held, here, 0.0)
+    places, found = places_of(label, here.program, names), directions(held, here, 0.0)
     by = parameter_rates(here.program, found.numbers, found.steps)
     rows_by = signal_rows(here.program, len(by.step), places)
     run.stepper.tangents = T = new_tangents(here.program, len(found.q), by, rows_by)
@@ -165,8 +164,7 @@ def _frequencies(
 def _pencil(system: StateEvaluation, q: np.ndarray, lam: np.ndarray) -> tuple[Any, Any]:
     """[[K, G^T], [G, 0]] and [[M, 0], [0, 0]]."""
     whole = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).matrix
-    mass = system.at(q, lam=lam, weights=(0.0, 0.0, 1.0)).matrix
-    return whole, mass - system.at(q, lam=lam).matrix
+    return whole, system.at(q, lam=lam, weights=(0.0, 0.0, 1.0)).matrix - system.at(q, lam=lam).matrix
 
 
 LABEL = "orbit_sensitivity"

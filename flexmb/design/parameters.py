@@ -163,8 +163,7 @@ def of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
             raise InputError(f"{label}: {name!r}: there are no fields before {piece!r}.")
         own = require_field(f"{label}: {name!r}", piece, value)
         declared = next(field for field in fields(value) if field.name == own)
-        kind, unit = _kind(declared.type), unit_of(type(value), own)
-        value = getattr(value, own)
+        kind, unit, value = _kind(declared.type), unit_of(type(value), own), getattr(value, own)
     return value, unit, kind
 
 

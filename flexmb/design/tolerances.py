@@ -157,8 +157,7 @@ def spread(
     machines = {"machine": list(range(len(values)))}
     found = sweep(sampled, machines, fixed=fixed, executor=executor, store=store, resume=resume)
     found = found.assign({name: ("machine", values[:, k]) for k, name in enumerate(laws)})
-    names = [one.name for one in measures]
-    good = np.asarray(found["ok"].values, dtype=bool)
+    names, good = [one.name for one in measures], np.asarray(found["ok"].values, dtype=bool)
     if good.sum() < 2:
         raise SolveError(f"{label}: {int(good.sum())} of {len(good)} samples succeeded: {found['status'].values[0]}")
     text.append(f"{int(good.sum())} of {len(good)} samples succeeded.")

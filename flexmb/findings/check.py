@@ -28,8 +28,6 @@ from flexmb.statics.start import consistent
 from flexmb.statics.start.assemble import check_massless, close_loops
 from flexmb.statics.start.consistent import redundancy
 
-# Report on a mechanism: degrees of freedom, mass, natural frequencies, and all findings
-
 LISTED_PARTS = 30  # number of parts at most whose signals are printed
 
 
@@ -90,7 +88,6 @@ class Report:
         for part, _, signal in (name.rpartition(".") for name in self.signals):
             if part.partition(".")[0] not in self.bodies:
                 signals.setdefault(part, []).append(signal)
-        more = [f"    ...: {len(signals) - LISTED_PARTS} more parts"] if len(signals) > LISTED_PARTS else []
         lines = [
             f"Mechanism {self.name!r}: {_counted(self.findings)}",
             f"  bodies              {len(self.bodies)}: {listed(self.bodies)}",
@@ -104,8 +101,9 @@ class Report:
             f"  redundant joints    {listed(self.redundant) if self.redundant else 'none'}",
             f"  frequencies [Hz]    {', '.join(f'{f:.4g}' for f in self.frequencies) or 'none (nothing can vibrate)'}",
             f"  signals             {len(self.signals)}: {MOTION} of bodies and nodes;",
-            *(f"    {part}: {', '.join(names)}" for part, names in list(signals.items())[:LISTED_PARTS]), *more,
+            *(f"    {part}: {', '.join(names)}" for part, names in list(signals.items())[:LISTED_PARTS]),
         ]
+        lines += [f"    ...: {len(signals) - LISTED_PARTS} more parts"] if len(signals) > LISTED_PARTS else []
         return "\n".join([*(lines if self.bodies else lines[:1]), *(f"  {finding}" for finding in self.findings)])
 
 
@@ -126,8 +124,7 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
     # Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging. `closed`
     # has ideal joints for contacts and elastic joints.
     findings = [*motion_findings(mechanism), *law_findings(mechanism)]
-    known = {name for finding in findings for name in finding.parts}
-    findings += kernel_findings(mechanism, known)
+    findings += kernel_findings(mechanism, {name for finding in findings for name in finding.parts})
     if not findings:
         try:
             findings = loops.locking_drives(mechanism, closed, close_loops(closed, {})[0])
@@ -135,8 +132,6 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
             findings = []
     return tuple(finding for finding in findings if CODES[finding.code][0] == ERROR)[:MOST_CAUSES]
 
-
-# Examination of a mechanism before it moves: all errors, warnings and notes at once
 
 LISTED_FREQUENCIES = 10  # number of natural frequencies in a report
 
@@ -279,7 +274,7 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
     held = int((ideal.reference.turns == 0.0).sum())  # rotations that mesh nodes do not have, held by a row each
     joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
     drives = {name.partition(".")[0] for name in moving.drives}
-    along = np.where(np.arange(ideal.n_q) % 3 == 0, 1.0, 0.0)  # a uniform velocity along x, which carries the whole mass
+    along = np.where(np.arange(ideal.n_q) % 3 == 0, 1.0, 0.0)  # a uniform velocity along x carries the whole mass
     return {
         "bodies": ideal.names.bodies,
         "joints": tuple(name for name in joints if name not in drives and name not in ideal.names.bodies),

@@ -1,7 +1,6 @@
 """Findings on connections, loops and the rank of the constraints."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -115,8 +114,7 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """More drives than the ideal mechanism has freedom, where only clearances give way."""
     if closed is program or not program.names.contacts:
         return []
-    driven = np.asarray(closed.tables.constraints.motion) >= 0
-    joints = np.flatnonzero(~driven)
+    joints = np.flatnonzero(np.asarray(closed.tables.constraints.motion) < 0)
     matrices = [body_rows(closed, x) for x in (shaken_pose(closed, q), q)]
     extra = min(len(surplus_rows(A)) - len(surplus_rows(A[joints])) for A in matrices)
     if extra <= 0:
@@ -162,8 +160,7 @@ ALIGNED = 0.02  # angle between two links that counts as 0 where a loop locks [r
 def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
     """Findings on loops that cannot close in the reference configuration."""
     # The pose with the smallest gaps near the reference configuration, and the gaps of its open joints [m, rad].
-    system, rigid = StateEvaluation(closed), RigidMotion(closed)
-    q = np.array(closed.reference.q)
+    system, rigid, q = StateEvaluation(closed), RigidMotion(closed), np.array(closed.reference.q)
     for _ in range(CREEPS):
         g = system.at(q).residual
         w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
@@ -274,8 +271,7 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, times: tupl
         except AssemblyError:
             bad = middle
     begin, here = drive_positions(closed, np.array([0.0, t]))
-    drives = list(drive_rows(closed))
-    weak = weakest_parts(closed, body_rows(closed, pose, t))
+    drives, weak = list(drive_rows(closed)), weakest_parts(closed, body_rows(closed, pose, t))
     aligned = aligned_joints(mechanism, closed, pose, weak)
     joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
     where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))

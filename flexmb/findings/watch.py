@@ -178,8 +178,7 @@ def kernel_that_failed(run: Run) -> Finding | None:
         q = state.q + ahead * state.v if state is flow else state.q
         return Instant(t + ahead, ahead, q, state.v, state.a, state.lam, z)
 
-    steps = [part * h for part in (1.0, 0.5, 0.1, 2.0)]
-    instants = [instant(state, s) for state in (trial, flow) for s in steps]
+    instants = [instant(state, part * h) for state in (trial, flow) for part in (1.0, 0.5, 0.1, 2.0)]
     return failed_kernel(run.program, [*instants, instant(flow, 0.0)])
 
 

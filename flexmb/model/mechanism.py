@@ -31,8 +31,6 @@ from flexmb.model.shape import Shapes
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Text and HTML table of a mechanism
-
 LISTED_PARTS = 12  # number of parts at most in a line
 
 
@@ -332,8 +330,7 @@ class Mechanism(metaclass=arguments.CheckedType):
             if "." in path:
                 nested.append((name, path, value, f"{self.label}: {key!r}"))
             else:
-                field = require_field(f"{self.label}: {key!r}", path, parts[name])
-                own.setdefault(name, {})[field] = value
+                own.setdefault(name, {})[require_field(f"{self.label}: {key!r}", path, parts[name])] = value
         parts |= {name: replace(parts[name], **values) for name, values in own.items()}
         for name, path, value, label in nested:
             parts[name] = _with_field(parts[name], path, value, label)
@@ -429,7 +426,9 @@ def require_field(label: str, name: str, owner: Any) -> str:
     known = [f.name for f in fields(owner) if f.init and f.name != "name"]
     name = arguments.present_name(type(owner), name)
     if isinstance(owner, Joint) and "clearance" not in known and get_close_matches(name, ["clearance"]):
-        text = f"{label}: {owner.label} has no clearance. Give the mechanism a joint with clearance of the same name, e.g."
+        text = (
+            f"{label}: {owner.label} has no clearance. Give the mechanism a joint with clearance of the same name, e.g."
+        )
         text += " RevoluteClearance(...); a ready mechanism has one where its own clearance is given"
         raise InputError(f"{text} (clearance=..., on the command line --clearance).")
     return checks.one_of(label, "field", name, known)

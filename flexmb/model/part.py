@@ -128,8 +128,7 @@ class Part(Input, Shown, ABC):
     @cached_property
     def all_materials(self) -> tuple[Material, ...]:
         """Materials among the fields of the part and of its laws."""
-        values = [getattr(self, field.name) for field in fields_of(type(self))]
-        return tuple(dict.fromkeys(_materials(values)))
+        return tuple(dict.fromkeys(_materials([getattr(self, field.name) for field in fields_of(type(self))])))
 
     @property
     def declared_load(self) -> float | None:
@@ -337,8 +336,8 @@ class Element(Part):
         for text in self.coords:
             words = text.split(".")
             if len(words) not in (2, 3) or words[0] not in names or words[-1] not in AXES:
-                text = f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS"
-                raise InputError(f"{text} with FIELD in {names} and AXIS in {list(AXES)}.")
+                told = f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS"
+                raise InputError(f"{told} with FIELD in {names} and AXIS in {list(AXES)}.")
             body = mechanism.body(getattr(self, words[0]).name, self.label)
             node = body.main if len(words) == 2 else body.node(words[1]).name
             named.append((body.name, node, AXES.index(words[-1])))

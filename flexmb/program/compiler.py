@@ -23,8 +23,6 @@ from flexmb.program.numbering import Numbering, aliases, state_coordinates
 from flexmb.program.program import Program, ReferenceConfiguration
 from flexmb.program.structure import flat, numbers, structure_of
 
-# Check of kernels: one call of each in plain Python, with errors that name part and kernel
-
 # Numbers that a kernel returns, by contract; others write to arrays.
 RETURNED = dict.fromkeys(("energy", "account", "normal", "friction", "motion"), 3)
 RETURNED |= {"damping": 2, "signal": 1, "extremum": 2}
@@ -332,8 +330,7 @@ def chosen_contributions(
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
     """Reference configuration with start displacements, declared velocities, and histories at the start."""
     # A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
-    q, v = number.pose(), np.full(number.n_q, np.nan)
-    owner = np.zeros(number.n_q, dtype=np.int64)
+    q, v, owner = number.pose(), np.full(number.n_q, np.nan), np.zeros(number.n_q, dtype=np.int64)
     for k, body in enumerate(mechanism.bodies):
         first, last = number.of_body[body.name]
         owner[first:last] = k

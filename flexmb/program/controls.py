@@ -108,8 +108,7 @@ class _Finder:
         pairs = ((c.part, zip(c.states, state_coordinates(c), strict=False)) for c in controls)
         self.states = {f"{part}.{name}": Source(tables.VELOCITY, (x,)) for part, own in pairs for name, x in own}
         self.loads = {element.part: element.coordinates for element in contributions.elements}
-        self.pose = number.pose()
-        self.number = number
+        self.pose, self.number = number.pose(), number
 
     def name(self, wanted: str) -> str:
         """The name of a signal, by itself or by an alias."""
@@ -171,7 +170,9 @@ def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list
         ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
         if not ready:
             outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
-            text = f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant:"
+            text = (
+                f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant:"
+            )
             remedy = "Give one of the controllers sample=, or read a state in place of an output."
             raise ModelError(f"{text} an algebraic loop. {remedy}")
         found += ready

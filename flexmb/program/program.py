@@ -31,8 +31,6 @@ from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signals
 from flexmb.program.numbering import UNUSED
 
-# Flat arrays of a program for the compiled loop
-
 BEGIN, END = range(2)  # columns of pairs
 FIRST, SECOND = range(2)  # columns of `Measured.angle`
 MULTIPLIED, ADDED, SUBTRACTED = range(3)  # uses of a factor in a signal, as in `contributions.USES_OF_FACTOR`
@@ -457,8 +455,7 @@ def freeze(value: Any) -> None:
 def body_groups(program: Program) -> np.ndarray:
     """Number of the group of each coordinate, (n_q + 3,); -1: the ground.  Each state of a control is of group 0."""
     # The motion of one group does not depend on that of another, unless a control reads it.
-    T, n_b = program.tables, program.tables.sizes.n_b
-    label = np.arange((program.n_q + 3) // 3)
+    T, n_b, label = program.tables, program.tables.sizes.n_b, np.arange((program.n_q + 3) // 3)
     pieces = [(T.elements.dof, T.elements.dofs), (T.constraints.dof, T.constraints.dofs)]
     pieces.append((np.arange(0, len(T.contacts.dofs) + 1, 6), T.contacts.dofs))
     ends = []  # nodes that follow one another in the coordinates of a piece, without ground and states of controls

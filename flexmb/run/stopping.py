@@ -196,8 +196,7 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
         code = take(run, end, interval, steps - int(run.record.count.steps))
         if code not in (RUNNING, BUFFER_FULL):
             return code
-    before = Snapshot(run)
-    begun_at, start = float(run.flow.clock.t), run.record.signals.copy()
+    before, begun_at, start = Snapshot(run), float(run.flow.clock.t), run.record.signals.copy()
 
     def excess(t: float) -> float:
         """Excess of condition `number` at the end of steps from the state before to the time t."""

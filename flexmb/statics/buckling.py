@@ -130,8 +130,7 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     length, none = np.hypot(dx, dy), np.zeros(len(own))
     c, s = dx / length, dy / length
     along, turn = np.stack([-c, -s, none, c, s, none], 1), np.stack([s, -c, none, -s, c, none], 1) / length[:, None]
-    first, second = np.eye(6)[2] - turn, np.eye(6)[5] - turn
-    alpha = np.arctan2(dy, dx)
+    first, second, alpha = np.eye(6)[2] - turn, np.eye(6)[5] - turn, np.arctan2(dy, dx)
     bent = [np.remainder(place[:, k] - alpha + p[offset] + np.pi, 2.0 * np.pi) - np.pi for k, offset in ENDS]
 
     def by_bowing(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
@@ -241,8 +240,7 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`."""
     # The factor is inf where the stiffness against the shape does not fall. The movement is the largest rotation [rad]
     # or displacement over the size of the mechanism. Both are nan without an equilibrium.
-    program, s = path.program, 0.5 * factor
-    start = path.start[0]
+    program, s, start = path.program, 0.5 * factor, path.start[0]
     try:
         K, G = path.tangent(*path.start, 0.0)
         pushed, found = K @ shape, path.equilibrium(s)
@@ -452,8 +450,7 @@ def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[n
 
 def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes from the largest eigenvalues of -K^-1 dK/ds with G x = 0."""
-    n, m = K.shape[0], G.shape[0]
-    scale, order = abs(K).max(), program.symbolic.order
+    n, m, scale, order = K.shape[0], G.shape[0], abs(K).max(), program.symbolic.order
     solve = solver(sp.block_array([[K / scale, G.T], [G, None]]).tocsc(), order)
 
     def held(force: np.ndarray) -> np.ndarray:

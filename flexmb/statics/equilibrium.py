@@ -46,8 +46,7 @@ class Spin:
     def motion(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Velocities and accelerations (n_q + 3,) of coordinates q and of the ground, all turning with the frame."""
         pose = np.append(q, np.zeros(3)).reshape(-1, 3)
-        arm = pose[:, :2] - self.about
-        v, a = np.zeros_like(pose), np.zeros_like(pose)
+        arm, v, a = pose[:, :2] - self.about, np.zeros_like(pose), np.zeros_like(pose)
         v[:, 0], v[:, 1], v[:, 2] = -self.speed * arm[:, 1], self.speed * arm[:, 0], self.speed
         a[:, :2] = -(self.speed**2) * arm
         return v.ravel(), a.ravel()
@@ -175,8 +174,7 @@ def left_out_texts(left_out: tuple[str, ...], remedy: str) -> list[str]:
 def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
     """Stiffness (n_q, n_q) by the normal forces that grow along displacements u (n_q,): -dN dJ_n/dq of each contact."""
     n, K = system.program.n_q, system.program.tables.contacts
-    moved, rows = np.append(u, np.zeros(3)), np.zeros((2, 6))
-    found = sp.lil_matrix((n + 3, n + 3))
+    moved, rows, found = np.append(u, np.zeros(3)), np.zeros((2, 6)), sp.lil_matrix((n + 3, n + 3))
     for k in np.flatnonzero(carries(system)):
         dofs, out = K.dofs[6 * k : 6 * k + 6], system.work.contact[k, :GAP_SIZE]
         jacobians(out, rows)
@@ -238,8 +236,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     unit = forces / length**2
     eta, before, moved = unit, np.inf, np.inf
     for _ in range(MOST_STRIDES):
-        viscosity = eta * (length / size) ** 2
-        found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
+        found = _stride(program, system, (q, lam), eta * (length / size) ** 2, diagonal, spin)
         if found is None or passes_through(system, q, found[0]):
             eta *= 4.0
             still = moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF))
@@ -266,8 +263,7 @@ def balancing(program: Program, system: StateEvaluation, q: np.ndarray, spin: Sp
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     scale, one = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)), sp.eye_array(program.n_q)
     bordered = sp.block_array([[one, G.T @ scale], [scale @ G, -INDEPENDENCE * sp.eye_array(len(none))]])
-    balanced = sp.linalg.splu(bordered.tocsc()).solve(np.append(-system.force, none))
-    return np.asarray(scale @ balanced[program.n_q :])
+    return np.asarray(scale @ sp.linalg.splu(bordered.tocsc()).solve(np.append(-system.force, none))[program.n_q :])
 
 
 def _stride(

@@ -216,10 +216,8 @@ def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
     A = np.block([[np.zeros_like(k), np.eye(len(k))], [-scipy.linalg.solve(m, k), -scipy.linalg.solve(m, c)]])
     s, left, right = scipy.linalg.eig(A, left=True, right=True)
     s, left, right = (x[..., s.imag > 0.0] for x in (s, left, right))
-    rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
-    eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
-    states = (Z @ right[len(k) :])[n_b:]
-    return s, 2.0 * np.abs(states * eta).T
+    eta = (left.conj().T @ np.concatenate([Z.T @ state.v, Z.T @ state.a])) / ((left.conj() * right).sum(axis=0) * s)
+    return s, 2.0 * np.abs((Z @ right[len(k) :])[n_b:] * eta).T
 
 
 ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
@@ -391,8 +389,7 @@ def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
             # Gravity and forces are left out: their stiffness would need the forces of the joints, too.
             controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
             dead = {part.name for part in mechanism.parts if part.declared_load} - controlled
-            kept = [part for part in mechanism.parts if part.name not in dead]
-            mechanism = mechanism.with_loads(kept, (0.0, 0.0))
+            mechanism = mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
         return compile_mechanism(mechanism, closed=True, controlled=True)
     program = compile_mechanism(mechanism)
     ideal = any(c.holds == "closed" for c in mechanism.contributions().constraints)

@@ -35,8 +35,7 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     blurred: Any = 0.0
     for k in range(STEPS):
         h = scale / 8.0 / 2.0**k
-        upper, lower = np.asarray(function(x + h)), np.asarray(function(x - h))
-        span = (x + h) - (x - h)
+        upper, lower, span = np.asarray(function(x + h)), np.asarray(function(x - h)), (x + h) - (x - h)
         row = [(upper - lower) / span]
         for order, older in enumerate(before[:ORDERS], 1):
             factor = 4.0**order
@@ -74,8 +73,6 @@ def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.
     return np.stack([c for c, _ in columns], axis=-1), np.stack([u for _, u in columns], axis=-1)
 
 
-# A kernel under test, with checks of every call
-
 RESULTS = {  # names of returned numbers by contract; other kernels write to arrays
     "energy": ("strain", "gravity", "damping"), "account": ("strain", "gravity", "damping"),
     "normal": ("N", "dN_dgap", "dN_drate"), "friction": ("T", "dT_dslip", "dT_dN"),
@@ -93,8 +90,7 @@ class TestedKernel:
     """A kernel with the parameters p of a part; `owner` for messages, `shapes` of its output arrays by name."""
 
     def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
-        self.kernel, self.shapes = kernel, shapes
-        self.p = np.array(p, dtype=float)
+        self.kernel, self.shapes, self.p = kernel, shapes, np.array(p, dtype=float)
         self.label = f"{owner}: {kernel.contract.name} kernel {kernel.name!r}"
 
     def __call__(self, state: State) -> Values:
@@ -190,8 +186,7 @@ def entry(name: str, where: Any) -> str:
     """Name of the first marked entry, such as 'K[0, 1]'."""
     if np.ndim(where) == 0 or np.size(where) == 1:
         return name
-    index = ", ".join(str(k) for k in np.argwhere(where)[0])
-    return f"{name}[{index}]"
+    return f"{name}[{', '.join(str(k) for k in np.argwhere(where)[0])}]"
 
 
 def at(values: Any, where: Any) -> float:

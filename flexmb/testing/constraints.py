@@ -45,8 +45,7 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
     tested = TestedKernel(bench.owner, contribution.gap, contribution.p, out=(GAP_SIZE,))
     q = bench.pose[bench.number.dofs(contribution.coordinates)]
     scale = bench.scales(contribution.coordinates)
-    reference = tested.checked_call({"q": q, "v": np.zeros(6)})["out"]
-    size = abs(float(reference[at.GAP]))
+    size = abs(float(tested.checked_call({"q": q, "v": np.zeros(6)})["out"][at.GAP]))
     if size <= ROUND_OFF * float(scale.max()):  # surfaces that touch
         size = 1e-3 * float(scale.max())
     # gaps near the reference configuration, then larger motions as for other pieces
@@ -199,8 +198,7 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
         def force(x: np.ndarray, full: State = full) -> np.ndarray:
             return np.asarray(tested({**full, "q": x})["G"].T @ full["lam"])
 
-        floor = 1e-6 * length
-        value, in_time = tested.of(full, "g", "q"), tested.of(full, "g", "t")
+        floor, value, in_time = 1e-6 * length, tested.of(full, "g", "q"), tested.of(full, "g", "t")
         bench.derivative(tested, "G = dg/dq", full, out["G"], value, full["q"], scale, columns=scale, floor=floor)
         bench.derivative(tested, "g_t = dg/dt", full, out["g_t"], in_time, full["t"], 0.1, floor=length)
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
@@ -270,8 +268,7 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
         bench.note(f"{joint_friction.kernel.name}: compiled = Python, finite, repeatable")
         if out["out"][0] < 0.0 and out["out"][1 : 1 + m].any():
             raise tested.fault(f"the normal load is {out['out'][0]:.9g}; it must be >= 0", full)
-        J, q = out["out"][4:10], full["q"]
-        size = np.abs(lam)
+        J, q, size = out["out"][4:10], full["q"], np.abs(lam)
         load, load_there = (tested.of(full, "out", name, slice(1)) for name in ("lam", "q"))
         bench.derivative(tested, "dN/dlam", full, out["out"][1 : 1 + m][None, :], load, lam, size, columns=size)
         bench.derivative(tested, "dN/dq", full, out["out"][None, 10:], load_there, q, scale, columns=scale)

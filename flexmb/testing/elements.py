@@ -243,8 +243,7 @@ def _states(bench: Bench, program: Program, contribution: ControlContribution, c
                 q, v, a = np.array(program.reference.q), np.zeros(n), np.zeros(n)
                 q[:n_b] += pose * scale * bench.random.uniform(-1.0, 1.0, n_b)
                 v[:n_b] = speed * scale * bench.random.uniform(-1.0, 1.0, n_b)
-                t = float(bench.random.uniform(0.0, 2.0))
-                system = StateEvaluation(program)
+                t, system = float(bench.random.uniform(0.0, 2.0)), StateEvaluation(program)
                 for _ in range(SETTLING if len(own) else 0):
                     rates = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[own]
                     v[own] -= np.linalg.lstsq(system.dense[np.ix_(own, own)], rates, rcond=SMALL)[0]

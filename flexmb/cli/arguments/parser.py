@@ -144,8 +144,7 @@ def options_of(maker: Maker) -> list[Option]:
 
 def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> list[Option]:
     """Add the options of a function to a parser, in a group with a title; returns them."""
-    options = options_of(maker)
-    group = parser.add_argument_group(title)
+    options, group = options_of(maker), parser.add_argument_group(title)
     for option in options:
         help_text = (option.help + shown_default(option)).replace("%", "%%")
         common: dict[str, Any] = {"dest": f"maker.{option.name}", "default": argparse.SUPPRESS, "help": help_text}

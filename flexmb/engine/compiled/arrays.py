@@ -126,8 +126,7 @@ def _on_stack(kind: Any, *shape: int) -> Any:
     @compiled_as(lambda: np.zeros(shape))
     def on_stack(typingctx):
         def codegen(context, builder, signature, args):
-            size = ir.Constant(ir.IntType(64), int(np.prod(shape)))
-            data = cgutils.alloca_once(builder, ir.DoubleType(), size=size)
+            data = cgutils.alloca_once(builder, ir.DoubleType(), size=ir.Constant(ir.IntType(64), int(np.prod(shape))))
             return _view(context, builder, kind, data, [context.get_constant(types.intp, n) for n in shape])
 
         return kind(), codegen

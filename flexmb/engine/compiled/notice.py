@@ -27,7 +27,6 @@ from numba.core import event
 REFERENCE_PACE = 0.0083  # processor time of the measure of pace on the machine of these costs [s] (`notice.pace`)
 PACES = 5  # number of these measures
 FIRST_STAGE = "the equations of motion"  # stage of kernels and other small functions
-
 # Processor time of compiling large functions [s], by stage; small functions represent others, too.
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
@@ -231,6 +230,5 @@ class Notice(event.Listener):
 
 
 notice = Notice()  # listener of this process
-
 event.register("numba:compile", notice)
 atexit.register(notice.close)

@@ -91,8 +91,7 @@ def _get(context: Any, builder: Any, kind: Any, record: Any, name: str) -> Any:
     if isinstance(field, RecordType):
         return builder.inttoptr(_loaded(builder, record, place, WORD, True), record.type)
     if isinstance(field, types.Array):
-        array = arrayobj.make_array(field)(context, builder)
-        item = context.get_data_type(field.dtype)
+        array, item = arrayobj.make_array(field)(context, builder), context.get_data_type(field.dtype)
         data = _loaded(builder, record, place, item.as_pointer(), True)
         shape = [_loaded(builder, record, place + 1 + k, WORD, True) for k in range(field.ndim)]
         size = context.get_abi_sizeof(item)
@@ -309,8 +308,7 @@ class Record:
     def twin(self, **records: Record) -> Self:
         """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time."""
         # Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
-        mine, words = self.__dict__, self._words.copy()
-        other = type(self).__new__(type(self))
+        mine, words, other = self.__dict__, self._words.copy(), type(self).__new__(type(self))
         if "_arena" in mine:
             _, first, plan = mine["_arena"]
             base = mine["_arena"][0].__array_interface__["data"][0] + first
@@ -387,8 +385,7 @@ class _Plan:
             self.views[name] = shape, dtype, end
             self.words[place], self.moved[place] = end, 1
             self.words[place + 1 : place + 1 + ndim] = shape
-            size = math.prod(shape) * dtype.itemsize
-            end += (size + CACHE_LINE - 1) // CACHE_LINE * CACHE_LINE
+            end += (math.prod(shape) * dtype.itemsize + CACHE_LINE - 1) // CACHE_LINE * CACHE_LINE
         self.size = end + CACHE_LINE
 
     def arena(self) -> tuple[np.ndarray, int, int]:
@@ -429,9 +426,7 @@ def _stored(kind: Any) -> tuple[Any, int]:
     """Type and dimensions of an array; float or int and 0 of a number; None and 0 of a record."""
     if isinstance(kind, types.Array):
         return numpy_support.as_dtype(kind.dtype), kind.ndim
-    if isinstance(kind, RecordType):
-        return None, 0
-    return (float if kind is types.float64 else int), 0
+    return (None if isinstance(kind, RecordType) else float if kind is types.float64 else int), 0
 
 
 def _fits(value: Any, dtype: Any, ndim: int) -> bool:

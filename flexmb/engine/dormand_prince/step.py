@@ -36,7 +36,6 @@ STEP_STAGES, ALL_STAGES = 12, 16
 # Numbers of the stages that are the start and the end of the step.
 START, END = 0, STEP_STAGES
 FIFTH, THIRD = range(2)  # rows of `Stages.errors`
-
 LEDGER = 11  # number of the energies of a ledger
 DENSE = 7  # number of coefficients of the dense output
 

@@ -53,8 +53,7 @@ class KeptFactors(PivotingSolver):
     def factor(self, values: np.ndarray) -> KeptFactors:
         """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
         # Raises `SolveError` if a value is not finite.
-        data = self._finite(values)
-        self._matrix = sp.csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
+        self._matrix = sp.csc_matrix((self._finite(values), self._rows, self._column_starts), shape=(self._n, self._n))
         self._sizes = abs(self._matrix)
         self._is_own = False
         return self

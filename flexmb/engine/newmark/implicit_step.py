@@ -40,8 +40,7 @@ def residual_vectors(n, m, kv, options, trial, work):
     """Fill trial.rhs, the negative residual, and trial.gap_rhs, the gaps that the correction itself leaves open."""
     # The lower half of trial.rhs is G d of the correction d, so that gap_rhs = -g - G d.
     for i in range(n):
-        trial.rhs[i] = -(work.r[i] + work.Gl[i])
-        trial.gap_rhs[i] = 0.0
+        trial.rhs[i], trial.gap_rhs[i] = -(work.r[i] + work.Gl[i]), 0.0
     for i in range(m):
         trial.rhs[n + i] = -work.g[i] if options.form == codes.POSITION else -work.gv[i] / kv
         trial.gap_rhs[n + i] = -work.g[i] - trial.rhs[n + i]
@@ -231,8 +230,7 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     newton.measuring = reuse.steps_since_measured >= jacobian_reuse.MEASURING_INTERVAL
     own_matrices = n + m <= SMALL_SYSTEM and jacobian_reuse.has_contact_or_friction(trial.slopes)
     newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own_matrices
-    newton.may_reuse = True
-    newton.factorisations, newton.reused, newton.held = 0, 0, -1
+    newton.may_reuse, newton.factorisations, newton.reused, newton.held = True, 0, 0, -1
     newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
     newton.hold = jacobian_reuse.initial_hold(flow)
     predictor.predict(n, m, h, ratio, newton.order, scheme, flow, trial)

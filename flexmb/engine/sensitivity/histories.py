@@ -324,7 +324,6 @@ def _move_element(E, e, n, eps, j, q, v, a, T, work):
 # beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
 # next step.
 STARTING, ENDING, EXCESS, CARRIED = range(4)
-
 # Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
 # slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
 PART_OF_FRICTION, STEEPEST = 1e-3, 10.0

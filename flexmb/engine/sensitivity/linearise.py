@@ -129,10 +129,7 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     add_constraints(tables, address, t, h, q, v, lam, z, 1.0, 0.0, True, work)
     if kv > 0.0:
         histories.find_turns(tables, address, h, kv / (ka * h), q, v, lam, T, work)
-    for k in range(T.entries.shape[0]):  # F -= K U with the stiffness of contacts and constraints
-        value, row, column = work.lu[T.entries[k, PLACE]], T.entries[k, ROW], T.entries[k, COLUMN]
-        for j in range(T.U.shape[0]):
-            T.F[j, row] -= value * T.U[j, column]
+    _subtract_stiffness(T, work)
     if tables.controls.kernel.shape[0] > 0:
         parameters.find_control_slopes(tables, address, t, q, v, a, z, ka, T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
@@ -153,6 +150,15 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     for j in range(T.q.shape[0]):
         subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
     _add_damping(tables, kv, T, work)
+
+
+@compiled
+def _subtract_stiffness(T, work):
+    """F -= K U with the stiffness of contacts and constraints in work.lu."""
+    for k in range(T.entries.shape[0]):
+        value, row, column = work.lu[T.entries[k, PLACE]], T.entries[k, ROW], T.entries[k, COLUMN]
+        for j in range(T.U.shape[0]):
+            T.F[j, row] -= value * T.U[j, column]
 
 
 @compiled
@@ -366,8 +372,7 @@ def _add_jacobian(tables, address, c, t, eps, factor, q, v, lam, T, work):
 @compiled
 def rows_times(C, c, G, x, i):
     """Row i of constraint c times x; G : as `Work.G`."""
-    n, begin, place = C.dof[c + 1] - C.dof[c], C.dof[c], C.pos_g[c]
-    total = 0.0
+    n, begin, place, total = C.dof[c + 1] - C.dof[c], C.dof[c], C.pos_g[c], 0.0
     for j in range(n):
         total += G[place + i * n + j] * x[C.dofs[begin + j]]
     return total

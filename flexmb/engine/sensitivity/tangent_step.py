@@ -253,8 +253,7 @@ def add_rates(C, n, kv, factor, j, T, work):
 def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
     """Set the differences at the end of the step; x = a before a starting step."""
     for i in range(n):
-        moved, a0 = T.moved[j, i] - T.e[i], T.a[j, i]
-        T.q[j, i] = T.u[j, i]
+        moved, a0, T.q[j, i] = T.moved[j, i] - T.e[i], T.a[j, i], T.u[j, i]
         T.v[j, i] = T.X[j, i] + kv * moved
         T.a[j, i] = T.Y[j, i] + ka * moved
         T.x[j, i] = T.a[j, i] + delta * (T.a[j, i] - a0) if first else T.R[j, i] + kx * moved
@@ -418,8 +417,7 @@ class CarryingRun(Run):
 
 def unpack_differences(program: Program, W: np.ndarray) -> Tangents:
     """The differences W (size, k) as arrays of the compiled loop."""
-    n, n_z = program.n_q, program.tables.sizes.n_z
-    T = linearised.new_tangents(program, W.shape[1])
+    n, n_z, T = program.n_q, program.tables.sizes.n_z, linearised.new_tangents(program, W.shape[1])
     T.q[:, :n], T.v[:, :n], T.z[:] = W[:n].T, W[n : 2 * n].T, W[2 * n : 2 * n + n_z].T
     T.a[:, :n], T.x[:, :n] = W[2 * n + n_z : 3 * n + n_z].T, W[3 * n + n_z :].T
     return T
@@ -502,8 +500,7 @@ def synchronise(program: Program, flow: Any, T: Tangents, work: Work) -> None:
     """Remove the time shifts T.tau, which neighbours have since the last impact."""
     if not T.tau.any():
         return
-    n, later = program.n_q, -T.tau[:, None]
-    kept = T.x - T.a
+    n, later, kept = program.n_q, -T.tau[:, None], T.x - T.a
     T.q[:, :n] += later * flow.v[:n]
     T.v[:, :n] += later * flow.a[:n]
     if T.step.last > 0.0:

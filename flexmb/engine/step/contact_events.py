@@ -69,8 +69,7 @@ def update_episodes(tables, h, options, flow, work, record):
 @compiled
 def write_episode(c, h, phase, gap, rate, k, flow, record):
     """Record the interval of contact c, which ended in this step, in a row of the buffer; k : place of its history."""
-    row = record.count.episodes
-    gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+    row, gap0, rate0 = record.count.episodes, flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     record.episodes[row, CONTACT] = c
@@ -430,8 +429,7 @@ def update_impacts(tables, address, h, options, flow, trial, work):
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
             if gap0 <= 0.0 and rate > slow_approach_speed(c, flow, trial):
-                restarts = True
-                flow.clock.contact_step = 0.0
+                restarts, flow.clock.contact_step = True, 0.0
         elif gap0 > 0.0:
             restarts = restarts or flow.impacts[c, FORCE_JUMPS] != 0.0
             flow.impacts[c, FORCE_JUMPS] = 0.0

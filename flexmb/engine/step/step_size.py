@@ -18,7 +18,6 @@ FLIGHT_WEIGHT = 10.0  # factor of the error of positions in free flight
 # Rigid mechanisms without contacts hardly take smaller steps. Their velocities would allow longer ones, with a residual
 # of 2e-6 in the balance of energies.
 SMOOTH_STEPS, LARGEST_STEPS = 1000.0, 250.0
-
 FIRST_STEP = 1e-3  # first step of a run over the largest one; the error estimate lets it grow
 # Step over the fixed one, below which the next one is a starting step: accelerations of so short a step are round-off.
 SHORT_STEP = 1e-3

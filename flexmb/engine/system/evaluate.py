@@ -53,8 +53,7 @@ def element_stiffness(tables, address, e, n, q, v, z, work):
 @compiled
 def turned_entry(dofs, n, K, i, j):
     """Entry (i, j) of S K - K S of an element with coordinates dofs (n,)."""
-    value = 0.0
-    row, column = dofs[i] % COORDINATES, dofs[j] % COORDINATES
+    value, row, column = 0.0, dofs[i] % COORDINATES, dofs[j] % COORDINATES
     if row == 0:
         value -= K[(i + 1) * n + j]
     elif row == 1:

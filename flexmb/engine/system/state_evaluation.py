@@ -320,15 +320,13 @@ def _constraint_calls(program: Program, s: Instant) -> Iterator[_Call]:
             yield _Call(part, load, (p, q, lam, out, np.zeros((n, n))))
             z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
             slip, law = float(out[SLIDING : SLIDING + 6] @ v[:6]), C.joint_friction[c, at.SLIDING_LAW]
-            arguments = law_p, s.h, slip, float(out[LOAD]), z, z.copy()
-            yield _Call(part, _kernel(program, "friction", law), arguments)
+            yield _Call(part, _kernel(program, "friction", law), (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
 
 
 def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:
     K, names = program.tables.contacts, program.names.contacts
     for k in range(len(K.kernel)):
-        dofs, places, z = K.dofs[6 * k : 6 * k + 6], K.p[k], K.z[k]
-        out = np.zeros(GAP_SIZE)
+        dofs, places, z, out = K.dofs[6 * k : 6 * k + 6], K.p[k], K.z[k], np.zeros(GAP_SIZE)
         gap, normal, friction = (
             _kernel(program, kind, K.kernel[k, column])
             for kind, column in (("gap", at.GAP_KERNEL), ("normal", at.NORMAL_LAW), ("friction", at.FRICTION_LAW))

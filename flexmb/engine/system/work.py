@@ -13,8 +13,6 @@ from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
 from flexmb.program.program import FOUR_SIZE, Program
 
-# Templates of records of zeros, remembered for each structure of programs
-
 R = TypeVar("R", bound=Record)
 _TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary()
 

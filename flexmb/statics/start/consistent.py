@@ -73,8 +73,7 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
     if extra == 0:
         return 0
     # The pose beside it is closed, the drives are moved as well, in a direction without symmetry.
-    rigid, rows = RigidMotion(closed), drive_rows(closed)
-    system = StateEvaluation(closed).at(q, t=t)
+    rigid, rows, system = RigidMotion(closed), drive_rows(closed), StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
     ways = scipy.linalg.null_space(A[np.setdiff1d(np.arange(closed.n_c), list(rows.values()))], rcond=RANK_TOLERANCE)
     if ways.shape[1]:
@@ -309,8 +308,7 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
 
 def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
     """The w of least w^T inertia w that minimises |A w - b|; rows of A may depend on one another."""
-    n, m = A.shape[1], A.shape[0]
-    scale = max(float(inertia.max()), 1e-300)
+    n, m, scale = A.shape[1], A.shape[0], max(float(inertia.max()), 1e-300)
     if m <= n:
         found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
@@ -330,8 +328,7 @@ def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
     # 1e-8 of the contradiction is left.
     m, n = A.shape
     whole = sp.block_array([[inertia + NO_ENERGY * sp.eye_array(n), A.T], [A, -YIELD * sp.eye_array(m)]])
-    factors = sp.linalg.splu(whole.tocsc())
-    w, s, before = np.zeros(n), np.zeros(m), np.inf
+    factors, w, s, before = sp.linalg.splu(whole.tocsc()), np.zeros(n), np.zeros(m), np.inf
     for _ in range(MOST_ROUNDS):
         found: np.ndarray = factors.solve(np.concatenate([np.zeros(n), b - YIELD * s]))
         change, w = float(np.abs(found[:n] - w).max(initial=0.0)), found[:n]
