@@ -209,7 +209,13 @@ class Input(Checked):
             if value is None and field.optional:
                 continue
             try:
-                kept = _kept(field, owner, value)
+                kept = value
+                if field.rule is not None:
+                    kept = field.rule.check(owner, field.name, value, field.unit, field.hint)
+                elif field.type in ("float", "float | None"):  # so that equal records compare, hash and print alike
+                    kept = checks.number(owner, field.name, value, field.unit)
+                elif is_number(value.__class__):  # in a field of another type
+                    checks.number(owner, field.name, value, field.unit)
             except InputError as error:
                 unusable = unusable or error
                 checks.refuse(str(error))
@@ -219,18 +225,6 @@ class Input(Checked):
                     object.__setattr__(self, field.name, kept)
         if unusable:
             raise unusable
-
-
-def _kept(field: Field, owner: str, value: Any) -> Any:
-    """Value as a field keeps it: numbers as floats, so that equal records compare, hash and print alike."""
-    kind: Any = type(value)
-    if field.rule is not None:
-        return field.rule.check(owner, field.name, value, field.unit, field.hint)
-    if field.type in ("float", "float | None"):
-        return checks.number(owner, field.name, value, field.unit)
-    if is_number(kind):  # in a field of another type
-        checks.number(owner, field.name, value, field.unit)
-    return value
 
 
 @cache

@@ -16,15 +16,8 @@ from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, listed, number_text, pretty
 from flexmb.errors import FlexmbError, InputError, ModelError, UnknownNameError
 from flexmb.fields import field, record_with, unit_of
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    Contributions,
-    Coordinate,
-    ElementContribution,
-    Node,
-)
+from flexmb.model import contributions as pieces
+from flexmb.model.contributions import Contribution, Contributions, Coordinate, Node
 from flexmb.model.part import GROUND, Body, Controller, Joint, Part, declared_state, name_of
 from flexmb.model.shape import Shapes
 
@@ -118,6 +111,7 @@ def _value_text(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else str(value)
 
 
+ACTING = pieces.ElementContribution | pieces.ConstraintContribution | pieces.ContactContribution  # on coordinates
 # Names that no part may have, with their owners.
 RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energy": "the signals of the energies"}
 
@@ -230,7 +224,7 @@ class Mechanism(metaclass=arguments.CheckedType):
                 with suppress(FlexmbError):
                     contributions = self.contributions_of(part)
             for one in contributions:
-                if isinstance(one, ElementContribution | ConstraintContribution | ContactContribution):
+                if isinstance(one, ACTING):
                     for place, coordinate in enumerate(one.coordinates):
                         found.setdefault(coordinate, []).append((part, one, place))
         return found
@@ -426,10 +420,8 @@ def require_field(label: str, name: str, owner: Any) -> str:
     known = [f.name for f in fields(owner) if f.init and f.name != "name"]
     name = arguments.present_name(type(owner), name)
     if isinstance(owner, Joint) and "clearance" not in known and get_close_matches(name, ["clearance"]):
-        text = (
-            f"{label}: {owner.label} has no clearance. Give the mechanism a joint with clearance of the same name, e.g."
-        )
-        text += " RevoluteClearance(...); a ready mechanism has one where its own clearance is given"
+        text = f"{label}: {owner.label} has no clearance. Give the mechanism a joint with clearance of the same name,"
+        text += " e.g. RevoluteClearance(...); a ready mechanism has one where its own clearance is given"
         raise InputError(f"{text} (clearance=..., on the command line --clearance).")
     return checks.one_of(label, "field", name, known)
 

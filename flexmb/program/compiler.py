@@ -305,11 +305,9 @@ def period_of(row: model.RowMotion) -> float | None:
 def chosen_contributions(
     contributions: model.Contributions, *, closed: bool, start: bool, controlled: bool = False, touching: bool = False
 ) -> model.Contributions:
-    """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
-
-    Controls and their loads have no part in closed loops and start velocities, nor have contacts and their friction;
-    `touching` keeps the ones that no ideal joint replaces, and the friction of the ideal joints.
-    """
+    """The contributions in motion: with ideal joints for contacts, no controls (`closed`); for start values."""
+    # Controls and their loads have no part in closed loops and start velocities, nor have contacts and their friction;
+    # `touching` keeps the ones that no ideal joint replaces, and the friction of the ideal joints.
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple([c for c in contributions.constraints if c.holds in holding])
     if not closed:

@@ -170,11 +170,9 @@ def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list
         ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
         if not ready:
             outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
-            text = (
-                f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant:"
-            )
-            remedy = "Give one of the controllers sample=, or read a state in place of an output."
-            raise ModelError(f"{text} an algebraic loop. {remedy}")
+            text = f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same"
+            text += " instant: an algebraic loop."
+            raise ModelError(f"{text} Give one of the controllers sample=, or read a state in place of an output.")
         found += ready
         left = [control for control in left if control not in ready]
     return found

@@ -216,7 +216,8 @@ def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
     A = np.block([[np.zeros_like(k), np.eye(len(k))], [-scipy.linalg.solve(m, k), -scipy.linalg.solve(m, c)]])
     s, left, right = scipy.linalg.eig(A, left=True, right=True)
     s, left, right = (x[..., s.imag > 0.0] for x in (s, left, right))
-    eta = (left.conj().T @ np.concatenate([Z.T @ state.v, Z.T @ state.a])) / ((left.conj() * right).sum(axis=0) * s)
+    rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
+    eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
     return s, 2.0 * np.abs((Z @ right[len(k) :])[n_b:] * eta).T
 
 

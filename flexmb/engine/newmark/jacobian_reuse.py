@@ -210,29 +210,6 @@ def discard_factors(reuse):
 
 
 @compiled
-def register_factors(kv, ka, smallest_pivot, trial, work):
-    """Register the factors in work.lu, made with coefficients kv and ka, for reuse."""
-    reuse = trial.reuse
-    reuse.refactored = 1.0
-    reuse.age, reuse.kv, reuse.ka, reuse.smallest_pivot = 1.0, kv, ka, smallest_pivot
-    reuse.extra_iterations, reuse.best_iterations = 0.0, 0.0
-    for k in range(trial.slopes.shape[0]):
-        copy(work.slopes[k], trial.slopes[k])
-
-
-@compiled
-def start_trial(flow, trial):
-    """Copy the states of predictor and reuse into the trial, so that a rejected step changes nothing."""
-    copy_numbers(flow.predictor, trial.predictor)
-    copy_numbers(flow.reuse, trial.reuse)
-    trial.reuse.refactored = 0.0
-    for k in range(trial.slopes.shape[0]):
-        copy(flow.slopes[k], trial.slopes[k])
-    if flow.clock.last_step == 0.0:
-        discard_factors(trial.reuse)
-
-
-@compiled
 def adopt_factors(flow, trial, work):
     """Adopt factors and states of predictor and reuse of an accepted trial."""
     if trial.reuse.refactored > 0.0 and trial.reuse.age > 0.0:

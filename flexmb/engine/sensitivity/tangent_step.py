@@ -224,10 +224,8 @@ def find_gaps(C, j, T, work):
 
 @compiled
 def find_shift(tables, lu, kv, j, T, work):
-    """Set T.e = -S^-1 G^T mu with G e = (G X + W dq) / kv + G u, so that dv = X + kv (u - e) satisfies G dv + W dq = 0.
-
-    For a neighbour with a time shift, both equations include the rates of the drives.
-    """
+    """Set T.e = -S^-1 G^T mu with G e = (G X + W dq) / kv + G u: then dv = X + kv (u - e) has G dv + W dq = 0."""
+    # For a neighbour with a time shift, both equations include the rates of the drives.
     T.b[:] = 0.0
     add_rates(tables.constraints, tables.sizes.n_q, kv, 1.0 / kv, j, T, work)
     solve(lu, work.lu, T.b, T.e, T.y)
