@@ -164,16 +164,12 @@ def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...]
         free = [f"{name}=..." for name in known[len(placed) :] if name not in keywords]
         raise ArgumentError(f"{text} Write the others with their names: {', '.join(free)}." if free else text) from None
     others = [name for name in known if name != "self"]
-    hints = [
-        f"There is no argument {name!r}. "
-        + (
-            f"It is one of steps: give step=Adaptive({OF_STEPS[name]}=...)."
-            if name in OF_STEPS and "step" in known
-            else did_you_mean(name, others, what="Arguments")
-        )
-        for name in keywords
-        if name not in known
-    ]
+    hints: list[str] = []
+    for name in [name for name in keywords if name not in known]:
+        near = did_you_mean(name, others, what="Arguments")
+        if name in OF_STEPS and "step" in known:
+            near = f"It is one of steps: give step=Adaptive({OF_STEPS[name]}=...)."
+        hints.append(f"There is no argument {name!r}. {near}")
     there = {*placed[: len(given)], *keywords}
     meanings = {name: text.partition(";")[0].rstrip(".") for name, text in parameters(function).items()}
     missing = [one.name for one in found if one.default is Parameter.empty and one.name not in there]

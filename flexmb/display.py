@@ -60,14 +60,9 @@ def given_fields(record: Any) -> dict[str, Any]:
 
 
 def _is_default(field: Field[Any], value: Any) -> bool:
-    if field.default_factory is not MISSING:
-        default = field.default_factory()
-    elif field.default is not MISSING:
-        default = field.default
-    else:
-        return False
-    if value is default:
-        return True
+    default = field.default if field.default_factory is MISSING else field.default_factory()
+    if default is MISSING or value is default:
+        return default is not MISSING
     arrays = isinstance(value, np.ndarray) or isinstance(default, np.ndarray)
     return bool(np.array_equal(value, default) if arrays else value == default)
 

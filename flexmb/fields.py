@@ -49,10 +49,8 @@ directed = Rule(lambda owner, name, value, *_: checks.direction(owner, name, val
 
 def between(low: float, high: float) -> Rule:
     """A number in [`low`, `high`]."""
-    return Rule(
-        lambda owner, name, value, unit, hint: checks.between(owner, name, value, low, high, unit, hint),
-        f"between {low:g} and {high:g}",
-    )
+    shown = f"between {low:g} and {high:g}"
+    return Rule(lambda owner, name, value, *more: checks.between(owner, name, value, low, high, *more), shown)
 
 
 def count(least: int = 1) -> Rule:
@@ -77,9 +75,7 @@ def several(rule: Rule, of: str) -> Rule:
 
 def either(kind: Any, rule: Rule) -> Rule:
     """An object of a class, or else a rule."""
-    return Rule(
-        lambda owner, name, value, *more: value if isinstance(value, kind) else rule.check(owner, name, value, *more)
-    )
+    return Rule(lambda owner, name, x, *more: x if isinstance(x, kind) else rule.check(owner, name, x, *more))
 
 
 def two(rule: Rule, of: str, wanted: str) -> Rule:

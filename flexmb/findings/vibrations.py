@@ -123,10 +123,8 @@ class Looked:
         program, even, n = run.program, motion.even, run.program.n_q
         kept, rows, first = np.flatnonzero(even), np.zeros(0, dtype=int), np.zeros(0, dtype=bool)
         if n != program.n_c and len(kept) >= FEWEST_INSTANTS:  # something is free to move, and enough is kept
-            times, poses = (
-                motion.times[kept],
-                np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES),
-            )
+            poses = np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES)
+            times = motion.times[kept]
             later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
             # At uneven distances; `first`: those that are the first ones from a pose on
             wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE

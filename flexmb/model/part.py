@@ -15,17 +15,8 @@ from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import (
-    AXES,
-    Attachment,
-    ConstraintContribution,
-    Contribution,
-    ControlContribution,
-    ElementContribution,
-    Ends,
-    Node,
-    SignalContribution,
-)
+from flexmb.model import contributions as pieces
+from flexmb.model.contributions import AXES, Attachment, Contribution, Ends, Node, SignalContribution
 from flexmb.model.law import Law, Material, number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.model.signal import Signals
@@ -343,7 +334,7 @@ class Element(Part):
             named.append((body.name, node, AXES.index(words[-1])))
         coordinates, p = tuple(named), self.parameters()
         others: dict[str, Any] = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
-        element = ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **others)
+        element = pieces.ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **others)
         own = [SignalContribution(self.name, name, unit, kernel, coordinates, p) for name, unit, kernel in self.signals]
         return [element, *own]
 
@@ -379,7 +370,7 @@ class Joint(Part):
             at = (node.x, node.y)
         return Ends(first.attach(self.label, at), second.attach(self.label, at))
 
-    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:  # noqa: ARG002 - not every joint
+    def drive_contribution(self, mechanism: Mechanism) -> pieces.ConstraintContribution | None:  # noqa: ARG002 - not every joint
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
         return None
 
@@ -463,7 +454,7 @@ class Controller(Part):
     """Base of parts that compute the factors of loads from signals."""
 
     @abstractmethod
-    def control(self) -> ControlContribution:
+    def control(self) -> pieces.ControlContribution:
         """Law, inputs, states and outputs."""
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - the same in all
@@ -483,7 +474,7 @@ class Controller(Part):
             load = mechanism.find(name)
             found = [] if isinstance(load, Controller) else list(load.contributions(mechanism))
             forces = [one for one in found if not isinstance(one, SignalContribution)]
-            element = forces[0] if len(forces) == 1 and isinstance(forces[0], ElementContribution) else None
+            element = forces[0] if len(forces) == 1 and isinstance(forces[0], pieces.ElementContribution) else None
             if element is None or element.energy is not None:
                 text = f"{self.label}: {load.label} cannot be controlled"
                 remedy = "give a Force or a Torque, whose value per unit of the output it holds"

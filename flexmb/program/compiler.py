@@ -74,9 +74,7 @@ def _kernels_of(contribution: Any) -> list[KernelCall]:
         found = [(contribution.kernel, contribution.p, contribution.history, "element")]
         if contribution.energy is not None:
             found.append((contribution.energy, contribution.p, (), "element"))
-        found += [
-            (kernel, contribution.p, contribution.history, "element") for kernel in contribution.short_ways if kernel
-        ]
+        found += [(way, contribution.p, contribution.history, "element") for way in contribution.short_ways if way]
         return found if contribution.factor is None else [*found, _law(contribution.factor)]
     if isinstance(contribution, model.ConstraintContribution):
         motions = [_law(row.motion) for row in contribution.motions]

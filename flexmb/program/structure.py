@@ -40,6 +40,7 @@ def numbers(contributions: Contributions) -> Listed:
     """Numbers p and start histories z of all parts, in the one order of the tables, of structures, and of p and z."""
     elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
     rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
+    wired = [(c.p, *(one.motion.parameters() if one.motion else one.p for one in c.sources)) for c in controls]
     p: NumberLists = {
         "element": [e.p for e in elements],
         "factor": [e.factor.parameters() if e.factor else () for e in elements],
@@ -51,11 +52,7 @@ def numbers(contributions: Contributions) -> Listed:
         "contact": [own for c in contacts for own in (c.p, c.normal.parameters(), c.friction.parameters())],
         "signal": [signal.p for signal in contributions.signals],
         "angle": [angle.p for angle in contributions.angles],
-        "control": [
-            own
-            for c in controls
-            for own in (c.p, *(one.motion.parameters() if one.motion else one.p for one in c.sources))
-        ],
+        "control": [*chain.from_iterable(wired)],
     }
     z: NumberLists = {
         "element": [e.history for e in elements],

@@ -249,9 +249,7 @@ class Modes:
     moves: tuple[str, ...] = field("(n,) coordinates that the modes move most, rotations times the size")
     eigenvalues: np.ndarray = field("(n,) complex s [1/s]: motions grow as exp(s t)")
     damping: np.ndarray = field("(n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0")
-    left_out: tuple[str, ...] = field(
-        "contacts without a part in these modes: all, about an equilibrium the open ones", default=()
-    )
+    left_out: tuple[str, ...] = field("contacts that take no part: all, about an equilibrium the open ones", default=())
 
     def shape(self, mode: int, name: str) -> float | complex:
         """Amplitude of a coordinate, `name` "rod.node3.y", in the `mode` of this number, from 0."""

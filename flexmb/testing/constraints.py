@@ -74,21 +74,15 @@ def check_gap_at(
     slopes, doubts = gradient(tested.of(state, "out", "q", places), q, step)
     gap, found = tested.of(state, "out", "q", slice(at.GAP, at.GAP_RATE)), (slopes[:1], doubts[:1])
     bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], gap, q, step, found=found, columns=step)
-    blocks = (
-        ("normal", at.NORMAL_X, at.NORMAL_X_Q),
-        ("first_arm", at.ARM1_X, at.ARM1_X_Q),
-        ("second_arm", at.ARM2_X, at.ARM2_X_Q),
-    )
-    for k, (name, begin, begin_of_derivatives) in enumerate(blocks):
+    arms = ("first_arm", at.ARM1_X, at.ARM1_X_Q), ("second_arm", at.ARM2_X, at.ARM2_X_Q)
+    for k, (name, begin, begin_of_derivatives) in enumerate((("normal", at.NORMAL_X, at.NORMAL_X_Q), *arms)):
         found = slopes[[2 * k + 1, 2 * k + 2]], doubts[[2 * k + 1, 2 * k + 2]]
         derivatives = out[begin_of_derivatives : begin_of_derivatives + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
         entries, formula = tested.of(state, "out", "q", slice(begin, begin + 2)), f"{name} = its derivatives by q"
         bench.derivative(tested, formula, state, derivatives, entries, q, step, floor=floor, found=found, columns=step)
-    for name, value, row in (
-        ("gap rate and J_n v", out[at.GAP_RATE], normal),
-        ("slip and J_t v", out[at.SLIP], tangent),
-    ):
+    pairs = ("gap rate and J_n v", out[at.GAP_RATE], normal), ("slip and J_t v", out[at.SLIP], tangent)
+    for name, value, row in pairs:
         bench.balanced(tested, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"
     for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
@@ -124,14 +118,8 @@ def check_frame(
     bench.turned(tested, "gap", state, after[at.GAP : at.GAP_RATE], out[at.GAP : at.GAP_RATE], length)
     rates, others = after[at.GAP_RATE : at.NORMAL_X], out[at.GAP_RATE : at.NORMAL_X]
     bench.turned(tested, "gap_rate and slip", state, rates, others, speed * max(blur, 1.0))
-    bench.turned(
-        tested,
-        "normal",
-        state,
-        after[at.NORMAL_X : at.ARM1_X],
-        turn[:2, :2] @ out[at.NORMAL_X : at.ARM1_X],
-        max(blur, 1.0),
-    )
+    normal, before = after[at.NORMAL_X : at.ARM1_X], turn[:2, :2] @ out[at.NORMAL_X : at.ARM1_X]
+    bench.turned(tested, "normal", state, normal, before, max(blur, 1.0))
     for name, k in (("first arm", at.ARM1_X), ("second arm", at.ARM2_X)):
         bench.turned(tested, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))
 
@@ -273,9 +261,8 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
         bench.derivative(tested, "dN/dlam", full, out["out"][1 : 1 + m][None, :], load, lam, size, columns=size)
         bench.derivative(tested, "dN/dq", full, out["out"][None, 10:], load_there, q, scale, columns=scale)
         sizes = {"rows": scale, "columns": scale, "floor": 1e-6 * float(np.abs(scale * J).max())}
-        bench.derivative(
-            tested, "H = dJ/dq", full, out["H"], tested.of(full, "out", "q", slice(4, 10)), q, scale, **sizes
-        )
+        slide = tested.of(full, "out", "q", slice(4, 10))
+        bench.derivative(tested, "H = dJ/dq", full, out["H"], slide, q, scale, **sizes)
         rule = "what slides on one body must slide back on the other"
         for axis in (0, 1):
             bench.balanced(tested, f"forces along {'xy'[axis]}", full, [J[axis], J[3 + axis]], rule)

@@ -433,9 +433,8 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
     n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
     system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian
-    eps = min(
-        most, linearised.POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300)
-    )
+    fastest = np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max()
+    eps = min(most, linearised.POSE_DIFFERENCE / max(fastest, 1e-300))
     turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
     explicit = np.zeros((2, len(T.q), program.n_c))
     explicit[:, : len(T.by.step)] = T.by.g, T.by.gv

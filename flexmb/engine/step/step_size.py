@@ -65,9 +65,7 @@ class Adaptive(Input):
     atol: float | None = field("accepted error of the positions in a step", "m", positive, default=None)
     max: float | None = field("largest step", "s", positive, default=None)
     min: float | None = field("smallest step; a run that needs a smaller one ends", "s", positive, default=None)
-    impact_steps: int | None = field(
-        "least number of steps from the onset to the end of an impact", rule=count(), default=None
-    )
+    impact_steps: int | None = field("least number of steps from onset to end of an impact", rule=count(), default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -29,9 +29,7 @@ def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **
 
 def from_template(make: Callable[[Program], R]) -> Callable[..., R]:
     """Decorator of a function whose record depends on the structure of a program alone; also with inner `records`."""
-    return wraps(make)(
-        lambda program, **inner: new_from_template(program, make.__name__, lambda: make(program), **inner)
-    )
+    return wraps(make)(lambda program, **own: new_from_template(program, make.__name__, lambda: make(program), **own))
 
 
 # Values of a list of coordinates, gathered for one element, signal or control
