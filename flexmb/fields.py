@@ -5,8 +5,7 @@
         radius: float = field("radius of the pin", "m", positive)
         length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
 
-A plain field of a dataclass, as in parts of users, has neither meaning nor unit; if it is declared a number, it must be
-finite.
+A plain field of a dataclass, as in parts of users, has neither meaning nor unit; declared a number, it must be finite.
 """
 
 from __future__ import annotations

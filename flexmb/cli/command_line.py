@@ -20,8 +20,7 @@ OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, of typed or given arguments."""
-    # Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130
-    # interrupted from the keyboard.
+    # Exit status: 0 done, 1 the run did not end or `check` found errors, 2 refused, 3 a fault, 130 interrupted (key).
     if arguments is None:  # a process of its own looks seldom through numba's million objects, and at its end once
         gc.set_threshold(50_000, 20, 100)
         atexit.register(gc.freeze)  # called after `collect`

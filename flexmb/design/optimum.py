@@ -75,8 +75,7 @@ def optimise(
 ) -> Optimum:  # fmt: skip
     """Least value of a measure by the numbers of a mechanism, with the derivatives of the run.
 
-    A design whose run fails or that cannot be assembled is kept in the history with its status, and the search turns
-    back from it.
+    A design whose run fails or that cannot be assembled stays in the history with its status; the search turns back.
 
     Parameters
     ----------

@@ -124,8 +124,7 @@ def spread(
 
     Raises
     ------
-    InputError : unknown parameters or signals, other distributions; a number of samples for Sobol's indices that is no
-        power of 2.
+    InputError : unknown parameters or signals, other distributions; for Sobol's indices samples that are no power of 2.
     SolveError : a run at the means that fails; fewer than two samples that succeed.
     """
     label = "spread"

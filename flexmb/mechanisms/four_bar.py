@@ -85,8 +85,7 @@ def four_bar(
     Parameters
     ----------
     speed : speed of the crank.
-    clearance : radius of the bearing on the coupler less radius of the journal on the rocker, at B; None: ideal
-        joint.
+    clearance : radius of the bearing on the coupler less that of the journal on the rocker, at B; None: ideal joint.
     flexible : whether the links are beams.
     friction : friction at B: "coulomb" for the modified Coulomb law with the data, a friction law, or None.
     elements : number of beam elements of each link.

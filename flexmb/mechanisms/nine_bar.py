@@ -215,8 +215,7 @@ def nine_bar(
     start : angles of cranks 1 and 4 at the start, from +X.
     ramp : time in which the cranks reach their speed from rest; None: they start at full speed.
     mesh : folder of the line meshes crank1.msh, link2.msh, ..., panel7.msh of beams, as in `meshes/` of the repository
-        (tag 1: section of the bars, tag 2: of link 3); with it, links are beams and `elements` is not used.  None: no
-        files.
+        (tag 1: section of the bars, tag 2: of link 3); with it, links are beams and `elements` is not used.
     data : data of the mechanism; None: `NineBarData()`.
 
     Raises

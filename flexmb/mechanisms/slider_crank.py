@@ -87,8 +87,7 @@ def slider_crank(
     speed : speed of the crank.
     clearance : radius of the bearing in the rod less radius of the pin on the slider; None: ideal joint.
     flexible : whether the rod is a beam.
-    friction : friction in the piston pin: "coulomb" for the modified Coulomb law with the data, a friction law, or
-        None.
+    friction : friction in the piston pin: "coulomb" for the modified Coulomb law with the data, a law, or None.
     elements : number of beam elements of a flexible rod.
     start : angle of the crank at the start, from +X.
     ramp : time in which the crank reaches its speed from rest; None: it starts at full speed.

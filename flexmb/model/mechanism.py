@@ -128,8 +128,7 @@ class Mechanism(metaclass=arguments.CheckedType):
 
     Raises
     ------
-    ModelError : duplicate names, a part connected to one that is not in the mechanism, a joint driven twice; all such
-        errors are told at once.
+    ModelError : duplicate names, a part connected to one that is not there, a joint driven twice; all told at once.
     InputError : a value that is not a part, a gravity that is not a pair of finite numbers.
     """
 

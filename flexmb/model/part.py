@@ -101,8 +101,7 @@ class Part(Input, Shown, ABC):
     def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
         """The part with the fraction `part` (0 to 1) of a follower load, in which its parameters are linear.
 
-        Static equilibrium increases follower loads by this fraction, other loads as forces of the reference
-        configuration.
+        Static equilibrium increases follower loads by it, other loads as forces of the reference configuration.
         """
         return self
 

@@ -74,7 +74,20 @@ def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str,
         return contributions
     finder = _Finder(contributions, number, aliases)
     found: dict[str, WiredControl] = {}
-    for control in _ordered(contributions.controls, finder):
+    # In the order of evaluation: sampled ones first, then each after the controls whose outputs it reads
+    ordered = [control for control in contributions.controls if control.sample is not None]
+    left = [control for control in contributions.controls if control.sample is None]
+    while left:
+        names = {control.part for control in left}
+        ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
+        if not ready:
+            outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
+            text = f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same"
+            text += " instant: an algebraic loop."
+            raise ModelError(f"{text} Give one of the controllers sample=, or read a state in place of an output.")
+        ordered += ready
+        left = [control for control in left if control not in ready]
+    for control in ordered:
         sources = () if control.is_sampled else tuple(finder.sources(control, found))
         loads = [finder.loads[name] for name in control.loads]
         none: list[tuple[Coordinate, ...]] = [()] * (len(control.outputs) - len(loads))
@@ -159,23 +172,6 @@ class _Finder:
             if values[0] != values[1]:
                 return True
         return False
-
-
-def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list[ControlContribution]:
-    """Controls in the order of evaluation: sampled ones first, then each after the controls whose outputs it reads."""
-    found = [control for control in controls if control.sample is not None]
-    left = [control for control in controls if control.sample is None]
-    while left:
-        names = {control.part for control in left}
-        ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
-        if not ready:
-            outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
-            text = f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same"
-            text += " instant: an algebraic loop."
-            raise ModelError(f"{text} Give one of the controllers sample=, or read a state in place of an output.")
-        found += ready
-        left = [control for control in left if control not in ready]
-    return found
 
 
 def _read_outputs(control: ControlContribution, finder: _Finder) -> Iterator[tuple[str, str]]:

@@ -129,8 +129,7 @@ class Measured(Record):
     angle_out: Integers  # (m,) signal of the rotation, before that of its rate
 
 
-# Values of `Elements.factor` of an element without a factor, and of one whose factor is the first output of a control.
-# Output k is FIRST_OUTPUT - k.
+# `Elements.factor` without a factor, and with the first output of a control as a factor; output k: FIRST_OUTPUT - k.
 NO_FACTOR, FIRST_OUTPUT = -1, -2
 # Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers.
 SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END = range(4)
@@ -341,11 +340,9 @@ class Program:
 
     @cached_property
     def fingerprint(self) -> np.ndarray:
-        """Digests (3, 8) of names and kernels, of all numbers, of wiring: restarts fit programs of equal fingerprints.
-
-        Wiring is what acts on what, and when: all places in the tables, but for those in the matrix, and the sampled
-        controls.  Kernels of users count by their source, too, and in the wiring by all values that they name.
-        """
+        """Digests (3, 8) of names and kernels, all numbers, wiring: restarts fit programs of equal fingerprints."""
+        # Wiring is what acts on what, and when: all places in the tables, but for those in the matrix, and the sampled
+        # controls. Kernels of users count by their source, too, and in the wiring by all values that they name.
         kernels = [k for group in self.kernels for k in group]
         words = (*self.names.coordinates, *self.names.rows, *self.names.contacts, *(k.identity for k in kernels))
         arrays = self.tables.p, self.reference.q, self.reference.z

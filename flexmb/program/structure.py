@@ -390,8 +390,7 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
 REMEMBERED_STRUCTURES = 16  # number of remembered structures; a mechanism has two, one in motion and one for its start
 REMEMBERED_UNKNOWNS = 50_000  # number of unknowns of all remembered structures but the latest: some hundred megabytes
 FIELDWISE_FROM = 100  # number of contributions above which their keys are read field by field, which is faster
-# Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all; on floats
-# it does not depend either.
+# Fields of contributions on whose length alone a structure depends, which `numbers` knows, if at all; not on floats.
 NUMBERS = ("p", "history", "start", "sample")
 # Fields of names and whole numbers, which are part of the key.
 NAMES = frozenset(

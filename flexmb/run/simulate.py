@@ -312,7 +312,6 @@ def start_at_rest(
     """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already."""
     # `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
     # `closed` is the program with ideal joints for contacts.
-
     if not isinstance(start, Equilibrium) and not (isinstance(start, str) and start == EQUILIBRIUM):
         text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
         raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")

@@ -16,8 +16,7 @@ from flexmb.statics.start.assemble import RigidMotion
 
 DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
 DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)
-# Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
-# round-off.
+# Entry of a constraint row on bodies, over the sum of the absolute values of its terms, below which it is round-off.
 ROW_ROUND_OFF = 1e-14
 FREE_FORCE = 1e-13  # force of a free motion relative to the sum of the absolute values of its terms
 STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative to the largest entry of its node

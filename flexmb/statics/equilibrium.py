@@ -222,8 +222,7 @@ Solved = tuple[np.ndarray, np.ndarray, int, np.ndarray]
 def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> Solved | None:
     """Equilibrium under all loads after a motion with large viscosity from q (n_q,) on, or None."""
     # Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
-    # Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
-    # the nearest stationary point.
+    # Every stride decreases the potential: it ends in a stable equilibrium, Newton's method at any stationary one.
     n, length, size = program.n_q, program.length, program.sizes
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     lam = balancing(program, system, q, spin)

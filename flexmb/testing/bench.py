@@ -25,9 +25,8 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     # Each halving of the step is extrapolated (errors in h^2, h^4, ...). The result is the value that differs least
     # from its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.
     # The function of one number gives an array of any shape, and may change over the length `scale` > 0; `noise` is the
-    # round-off of its values beyond that of their own size.
-    # Source: C. J. F. Ridders, Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982)
-    # 75-76.
+    # round-off of its values beyond that of their own size. Source: C. J. F. Ridders, Accurate computation of F'(x) and
+    # F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76.
     best: Any = None
     uncertain: Any = np.inf
     before: list[np.ndarray] = []
@@ -103,9 +102,8 @@ class TestedKernel:
 
     def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
         """Outputs at a state, after the checks of a single call."""
-        # Round-off is related to `sizes` of outputs by name; other outputs: their own size. A `KernelError` tells a
-        # call that fails or changes its inputs, values that are not finite, a second call or a compiled function with
-        # another result.
+        # Round-off is related to `sizes` of outputs by name; others: to their own. A `KernelError` tells a call
+        # that fails or changes its inputs, values that are not finite, other results of a second or compiled call.
         first, second = self._python(state), self._python(state)
         for name, value in first.items():
             self._finite(name, value, state)

@@ -127,8 +127,7 @@ class Option:
 def options_of(maker: Maker) -> list[Option]:
     """Options for the parameters of a function that are numbers, tuples of numbers, flags or texts."""
     # A parameter has its unit in its annotation, length: Annotated[float, "m"], and its help in the numpydoc docstring,
-    # "length : length of the rod"; a class has both in its fields. Other parameters, such as laws or materials, have no
-    # option.
+    # "length : length of the rod"; a class has both in its fields. Others, such as laws or materials, have no option.
     described, options = parameters(maker), []
     try:
         signature = inspect.signature(maker, eval_str=True)  # aliases are then resolved

@@ -49,8 +49,7 @@ def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
 
 def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
     """The field of a part as an option, with the kind and the unit that its class declares."""
-    # The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for
-    # messages.
+    # The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag`: the option that names the field, for messages.
     if path == "gravity":
         return GRAVITY
     name, _, rest = path.partition(".")

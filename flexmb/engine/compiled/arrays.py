@@ -6,8 +6,7 @@ scratch = stack_matrix(20, 96)     # once, in a module
     def kernel(p, ...):
         x = scratch()                  # in the kernel itself; functions that it calls are handed x
 
-The memory is that of the function which calls `scratch`, so it must not be returned from there.  Its values are
-undefined at first.
+The memory is that of the function which calls `scratch`: it must not be returned.  Its values are undefined at first.
 """
 
 from collections.abc import Callable, Sequence

@@ -29,16 +29,9 @@ def elimination_order(
     `blocks` are numbers of the unknowns in each block: the three coordinates of a node, the rows of one joint; every
     unknown 0 .. n-1 stands in exactly one.  `edges` are blocks that an element or a joint couples, all with all; `last`
     is true for the blocks of constraints.
-
-    Notes
-    -----
     Not for one body with hundreds of joints: they all wait for it and then form a full matrix.
-
     Source: A. George and J. W. H. Liu, The evolution of the minimum degree ordering algorithm, SIAM Review 31 (1989)
     1-19, sections 2 (elimination graphs), 5 (external degree) and 6 (multiple elimination).
-
-    Examples
-    --------
     Two bodies and the joint between them (unknowns 6 and 7):
 
     >>> elimination_order([[0, 1, 2], [3, 4, 5], [6, 7]], [(0, 1, 2)], [False, False, True]).tolist()

@@ -24,8 +24,7 @@ from flexmb.program.program import Program
 class RigidMotion:
     """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body."""
 
-    # States of controls, which stand behind the coordinates of the bodies, have no part in these motions. Poses may
-    # hold them or not.
+    # States of controls, behind the coordinates of the bodies, have no part in these motions. Poses may hold them.
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -139,8 +138,7 @@ class Pose:
 def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) -> Pose:
     """Close all joints from the reference configuration, with ideal joints for contacts and rigid bodies.
 
-    The drives move from the reference configuration to their positions in small strides, so that every loop keeps its
-    branch.
+    The drives move from the reference configuration to their positions in small strides: every loop keeps its branch.
 
     Parameters
     ----------
