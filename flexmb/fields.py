@@ -136,9 +136,9 @@ def fields_of(kind: type) -> tuple[Field, ...]:
     """Declarations of the fields of a dataclass."""
     found = []
     for field in dataclasses.fields(kind):
-        declared, said = str(getattr(field.type, "__name__", field.type)), field.metadata.get("said")
-        optional = field.default is None or "None" in declared
-        found.append(Field(field.name, declared, *(said or ("", "", None, "")), optional))
+        declared = str(getattr(field.type, "__name__", field.type))
+        said: Any = field.metadata.get("said", ("", "", None, ""))
+        found.append(Field(field.name, declared, *said, optional=field.default is None or "None" in declared))
     return tuple(found)
 
 

@@ -41,8 +41,7 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
     # The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        loss, contact = work.loss[c], work.contact[c]
-        k = state.CONTACT_MEMORY_SIZE * c
+        loss, contact, k = work.loss[c], work.contact[c], state.CONTACT_MEMORY_SIZE * c
         memory = part_of(flow.memory, k, k + state.CONTACT_MEMORY_SIZE)
         N, T = contact[NORMAL_FORCE], contact[FRICTION_FORCE]
         touched = N != 0.0 or T != 0.0

@@ -299,10 +299,10 @@ def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
     points = {}
     for joint in joints:
-        end = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
-        node = f"{end.part}.{end.node}" if end.node else end.part
+        own = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
+        node = f"{own.part}.{own.node}" if own.node else own.part
         x, y, theta = (pose[closed.coordinate(f"{node}.{axis}")] for axis in ("x", "y", "theta"))
-        points[joint.name] = np.array(from_frame((x, y), theta, end.offset))
+        points[joint.name] = np.array(from_frame((x, y), theta, own.offset))
     best: tuple[float, tuple[str, ...]] = (ALIGNED, ())
     for three in combinations(joints, 3):
         for middle in three:

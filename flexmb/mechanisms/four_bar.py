@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
@@ -117,7 +117,7 @@ def four_bar(
     make = partial(FlexibleLink, material=aluminium, elements=elements, damping=data.damping)
     bar = data.density * data.width * data.coupler_depth * data.coupler
     total = bar + data.bearing_mass  # with the bearing at the end of the coupler
-    more = {"mass": total, "centre": (0.5 * bar + data.bearing_mass) / total}
+    more: Any = {"mass": total, "centre": (0.5 * bar + data.bearing_mass) / total}
     beams = [
         make("crank", O, A, section=Rectangle(width=data.width, height=data.crank_depth)),
         make("coupler", A, B, section=Rectangle(width=data.width, height=data.coupler_depth), **more),

@@ -199,8 +199,8 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
             out = tested({**at, "q": at["q"] + s * at["v"], "t": at["t"] + s})
             return np.asarray(-(out["G"] @ at["v"] + out["g_t"]))
 
-        value, floor = tested(moving)["gamma"], 1e-4 * float(np.abs(moving["v"]).max())
-        bench.derivative(tested, "gamma = -d(G v + g_t)/dt", moving, value, rate, 0.0, 0.05, floor=floor)
+        gamma, floor = tested(moving)["gamma"], 1e-4 * float(np.abs(moving["v"]).max())
+        bench.derivative(tested, "gamma = -d(G v + g_t)/dt", moving, gamma, rate, 0.0, 0.05, floor=floor)
 
 
 def on_manifold(tested: TestedKernel, state: State) -> State:

@@ -43,8 +43,11 @@ class PivotingSolver:
 
     def __init__(self, symbolic: Symbolic) -> None:
         self._n = symbolic.n
-        # Entries of A column by column, and the places of their values
-        self._rows, self._cols, self._from = symbolic.a_rows, symbolic.a_cols, symbolic.places
+        self._take(symbolic.a_rows, symbolic.a_cols, symbolic.places)
+
+    def _take(self, rows: np.ndarray, cols: np.ndarray, places: np.ndarray) -> None:
+        """Entries of A column by column, and the places of their values."""
+        self._rows, self._cols, self._from = rows, cols, places
         self._column_starts = np.searchsorted(self._cols, np.arange(self._n + 1))
         self._by_row = np.argsort(self._rows, kind="stable")
         self._row_starts = np.searchsorted(self._rows[self._by_row], np.arange(self._n))
@@ -52,11 +55,7 @@ class PivotingSolver:
     def factor(self, values: np.ndarray) -> PivotingSolver:
         """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
         # Raises `SolveError` if a value is not finite or A is singular to the last digit.
-        data: np.ndarray = values[self._from]
-        bad = np.flatnonzero(~np.isfinite(data))
-        if bad.size:
-            entry = f"({self._rows[bad[0]]}, {self._cols[bad[0]]})"
-            raise SolveError(f"PivotingSolver: entry {entry} of the matrix is {data[bad[0]]}; it must be finite.")
+        data = self._finite(values)
         self._r, self._c = self._scales(np.abs(data))
         scaled = data * self._r[self._rows] * self._c[self._cols]
         self._matrix = sp.csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
@@ -65,6 +64,15 @@ class PivotingSolver:
         except RuntimeError as error:
             raise SolveError(singular_text(self._n, str(error))) from error
         return self
+
+    def _finite(self, values: np.ndarray) -> np.ndarray:
+        """The entries of A, or `SolveError` where one is not finite."""
+        data: np.ndarray = values[self._from]
+        bad = np.flatnonzero(~np.isfinite(data))
+        if bad.size:
+            entry = f"({self._rows[bad[0]]}, {self._cols[bad[0]]})"
+            raise SolveError(f"PivotingSolver: entry {entry} of the matrix is {data[bad[0]]}; it must be finite.")
+        return data
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations."""

@@ -349,8 +349,7 @@ def restart_iteration(tables, h, ratio, order, scheme, flow, trial):
 @compiled
 def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, trial, work, record):
     """Convergence test of a correction with reused factors; RUNNING or CONTINUE.  `size`: over the tolerance."""
-    newton, reuse = trial.newton, trial.reuse
-    noise = ROUND_OFF_FRACTION * record.report.round_off
+    newton, reuse, noise = trial.newton, trial.reuse, ROUND_OFF_FRACTION * record.report.round_off
     negligible, remaining = jacobian_reuse.convergence_limits(noise, work)
     own = newton.factorisations > 0 and not jacobian_reuse.has_contact_or_friction(work.slopes)
     converged, evaluated, contracting = jacobian_reuse.convergence_test(

@@ -101,8 +101,7 @@ def project_prediction(n, m, lu, h, order, flow, trial):
     """Project the predicted positions onto the constraints, by gaps that are extrapolated from the last steps."""
     # The gaps are extrapolated, over h^3, and not the shifts: a shift by the present factors has no component along the
     # joints, which no later correction would remove.
-    gaps, cube = flow.projected_gaps, h * h * h
-    highest = trial.predictor.past_states - 1
+    gaps, cube, highest = flow.projected_gaps, h * h * h, trial.predictor.past_states - 1
     w0, w1, w2, w3 = lagrange_weights(min(order, highest), h, flow.clock.last_step, trial.predictor)
     for i in range(n):
         trial.gap_rhs[i] = 0.0

@@ -266,7 +266,7 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
             elif kind == at.OUTPUT:
                 u[j] = outputs[what]
             else:
-                name, given = "motion", (_numbers(program, np.array(bounds)), s.t)
+                name, given = "motion", tuple[Any, ...]((_numbers(program, np.array(bounds)), s.t))
                 if kind == at.MEASURED:
                     place = int(C.input[c]) + j
                     dofs = C.source_dofs[C.source_dof[place] : C.source_dof[place + 1]]
