@@ -137,8 +137,8 @@ def fields_of(kind: type) -> tuple[Field, ...]:
     found = []
     for field in dataclasses.fields(kind):
         declared = str(getattr(field.type, "__name__", field.type))
-        said: Any = field.metadata.get("said", ("", "", None, ""))
-        found.append(Field(field.name, declared, *said, optional=field.default is None or "None" in declared))
+        said: tuple[str, str, Rule | None, str] = field.metadata.get("said", ("", "", None, ""))
+        found.append(Field(field.name, declared, *said, field.default is None or "None" in declared))
     return tuple(found)
 
 
