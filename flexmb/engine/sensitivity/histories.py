@@ -184,22 +184,12 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
 @compiled
 def contact_differences(K, c, out, v, T, work):
     """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c, whose gap data are `out`."""
-    slopes, S, by, w = work.slopes[c], work.contact_scratch, T.local, work.vl
+    slopes, S, by = work.slopes[c], work.contact_scratch, T.local
     explicit, dofs = T.by.contact, part_of(K.dofs, 6 * c, 6 * c + 6)
     jacobians(out, S)
     for i in range(6):
-        w[i] = v[dofs[i]]
-    # Rows NORMAL and TANGENTIAL of `by`: derivatives of J_n v and J_t v by the six coordinates.
-    nx, ny = out[places.NORMAL_X], out[places.NORMAL_Y]
-    ax, ay, bx, by_ = out[places.ARM1_X], out[places.ARM1_Y], out[places.ARM2_X], out[places.ARM2_Y]
-    for j in range(6):
-        x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
-        axq, ayq = out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j]
-        bxq, byq = out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j]
-        arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
-        by[places.NORMAL, j] = x * (w[0] - w[3]) + y * (w[1] - w[4]) + arm1 * w[2] - arm2 * w[5]
-        along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
-        by[places.TANGENTIAL, j] = y * (w[0] - w[3]) - x * (w[1] - w[4]) - along1 * w[2] + along2 * w[5]
+        work.vl[i] = v[dofs[i]]
+    _rate_derivatives(out, work.vl, by)
     for j in range(T.q.shape[0]):
         gap, rate, slip = 0.0, 0.0, 0.0
         if 3 * j < explicit.shape[0]:  # parameters
@@ -212,6 +202,21 @@ def contact_differences(K, c, out, v, T, work):
             slip += S[places.TANGENTIAL, i] * dv + by[places.TANGENTIAL, i] * dq
         T.own[j, OF_GAP], T.own[j, OF_RATE], T.own[j, OF_SLIP] = gap, rate, slip
         T.own[j, OF_NORMAL] = slopes[columns.N_BY_GAP] * gap + slopes[columns.N_BY_RATE] * rate + T.N[j, c]
+
+
+@compiled
+def _rate_derivatives(out, v, by):
+    """Set rows NORMAL and TANGENTIAL of `by`: derivatives of J_n v and J_t v by the six coordinates."""
+    nx, ny = out[places.NORMAL_X], out[places.NORMAL_Y]
+    ax, ay, bx, by_ = out[places.ARM1_X], out[places.ARM1_Y], out[places.ARM2_X], out[places.ARM2_Y]
+    for j in range(6):
+        x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
+        axq, ayq = out[places.ARM1_X_Q + j], out[places.ARM1_Y_Q + j]
+        bxq, byq = out[places.ARM2_X_Q + j], out[places.ARM2_Y_Q + j]
+        arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
+        by[places.NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
+        along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
+        by[places.TANGENTIAL, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
 
 
 @compiled
