@@ -164,24 +164,16 @@ def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...]
         free = [f"{name}=..." for name in known[len(placed) :] if name not in keywords]
         raise ArgumentError(f"{text} Write the others with their names: {', '.join(free)}." if free else text) from None
     others = [name for name in known if name != "self"]
-    hints = [
-        f"There is no argument {name!r}. "
-        + (
-            f"It is one of steps: give step=Adaptive({OF_STEPS[name]}=...)."
-            if name in OF_STEPS and "step" in known
-            else did_you_mean(name, others, what="Arguments")
-        )
-        for name in keywords
-        if name not in known
-    ]
-    there, texts = {*placed[: len(given)], *keywords}, parameters(function)
+    hints: list[str] = []
+    for name in [name for name in keywords if name not in known]:
+        near = did_you_mean(name, others, what="Arguments")
+        if name in OF_STEPS and "step" in known:
+            near = f"It is one of steps: give step=Adaptive({OF_STEPS[name]}=...)."
+        hints.append(f"There is no argument {name!r}. {near}")
+    there = {*placed[: len(given)], *keywords}
+    meanings = {name: text.partition(";")[0].rstrip(".") for name, text in parameters(function).items()}
     missing = [one.name for one in found if one.default is Parameter.empty and one.name not in there]
-    hints = hints or [f"{one} is missing; give {one}=...{_meaning(texts.get(one))}." for one in missing]
+    words = {one: f" ({meanings[one]})" if meanings.get(one) else "" for one in missing}
+    hints = hints or [f"{one} is missing; give {one}=...{words[one]}." for one in missing]
     if hints:
         raise ArgumentError(f"{label}: {' '.join(hints)}") from None
-
-
-def _meaning(text: str | None) -> str:
-    """Meaning of an argument in brackets, by its entry in a docstring."""
-    first = (text or "").partition(";")[0].rstrip(".")
-    return f" ({first})" if first else ""

@@ -11,8 +11,6 @@ import numpy as np
 
 from flexmb.fields import unit_of
 
-# Short texts of values and of records
-
 WIDTH = 110  # largest length of a line
 LINES = 3  # largest number of lines of a record
 LISTED = 6  # largest number of values of a list that is shown; a longer one is shown by its length
@@ -62,14 +60,9 @@ def given_fields(record: Any) -> dict[str, Any]:
 
 
 def _is_default(field: Field[Any], value: Any) -> bool:
-    if field.default_factory is not MISSING:
-        default = field.default_factory()
-    elif field.default is not MISSING:
-        default = field.default
-    else:
-        return False
-    if value is default:
-        return True
+    default = field.default if field.default_factory is MISSING else field.default_factory()
+    if default is MISSING or value is default:
+        return default is not MISSING
     arrays = isinstance(value, np.ndarray) or isinstance(default, np.ndarray)
     return bool(np.array_equal(value, default) if arrays else value == default)
 
@@ -148,8 +141,7 @@ def table(rows: Iterable[Sequence[object]], head: Sequence[str] = ()) -> str:
     cells = [[escape(str(cell)) for cell in row] for row in rows]
     if not cells:
         return ""
-    more = len(cells) - MOST_ROWS
-    lines = [_row("td", row) for row in cells[:MOST_ROWS]]
+    more, lines = len(cells) - MOST_ROWS, [_row("td", row) for row in cells[:MOST_ROWS]]
     if more > 0:
         lines.append(_row("td", [f"... {more} more"]))
     top = f"<thead>{_row('th', [escape(text) for text in head])}</thead>" if head else ""

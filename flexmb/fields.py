@@ -5,8 +5,7 @@
         radius: float = field("radius of the pin", "m", positive)
         length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
 
-A plain field of a dataclass, as in parts of users, has neither meaning nor unit; if it is declared a number, it must be
-finite.
+A plain field of a dataclass, as in parts of users, has neither meaning nor unit; declared a number, it must be finite.
 """
 
 from __future__ import annotations
@@ -25,8 +24,6 @@ from flexmb.checks import collecting
 from flexmb.errors import InputError
 
 Kind = TypeVar("Kind", bound=type)
-
-# Rules of values
 
 
 class Rule(NamedTuple):
@@ -51,10 +48,8 @@ directed = Rule(lambda owner, name, value, *_: checks.direction(owner, name, val
 
 def between(low: float, high: float) -> Rule:
     """A number in [`low`, `high`]."""
-    return Rule(
-        lambda owner, name, value, unit, hint: checks.between(owner, name, value, low, high, unit, hint),
-        f"between {low:g} and {high:g}",
-    )
+    shown = f"between {low:g} and {high:g}"
+    return Rule(lambda owner, name, value, *more: checks.between(owner, name, value, low, high, *more), shown)
 
 
 def count(least: int = 1) -> Rule:
@@ -79,9 +74,7 @@ def several(rule: Rule, of: str) -> Rule:
 
 def either(kind: Any, rule: Rule) -> Rule:
     """An object of a class, or else a rule."""
-    return Rule(
-        lambda owner, name, value, *more: value if isinstance(value, kind) else rule.check(owner, name, value, *more)
-    )
+    return Rule(lambda owner, name, x, *more: x if isinstance(x, kind) else rule.check(owner, name, x, *more))
 
 
 def two(rule: Rule, of: str, wanted: str) -> Rule:
@@ -99,9 +92,6 @@ def two(rule: Rule, of: str, wanted: str) -> Rule:
 def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
     """An object of a class; `wanted` ends the message: "it must be a motion, e.g. Ramp(6.28, 0.5)"."""
     return Rule(lambda owner, name, value, *_: checks.instance(owner, name, value, kind, wanted))
-
-
-# Fields, and records of them
 
 
 class Field(NamedTuple):
@@ -144,13 +134,12 @@ def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: 
 @cache
 def fields_of(kind: type) -> tuple[Field, ...]:
     """Declarations of the fields of a dataclass."""
-    return tuple(_said(field) for field in dataclasses.fields(kind))
-
-
-def _said(field: dataclasses.Field[Any]) -> Field:
-    declared = str(getattr(field.type, "__name__", field.type))
-    meaning, unit, rule, hint = field.metadata.get("said", ("", "", None, ""))
-    return Field(field.name, declared, meaning, unit, rule, hint, field.default is None or "None" in declared)
+    found = []
+    for field in dataclasses.fields(kind):
+        declared = str(getattr(field.type, "__name__", field.type))
+        said: tuple[str, str, Rule | None, str] = field.metadata.get("said", ("", "", None, ""))
+        found.append(Field(field.name, declared, *said, field.default is None or "None" in declared))
+    return tuple(found)
 
 
 def unit_of(thing: Any, name: str) -> str:
@@ -215,7 +204,13 @@ class Input(Checked):
             if value is None and field.optional:
                 continue
             try:
-                kept = _kept(field, owner, value)
+                kept = value
+                if field.rule is not None:
+                    kept = field.rule.check(owner, field.name, value, field.unit, field.hint)
+                elif field.type in ("float", "float | None"):  # so that equal records compare, hash and print alike
+                    kept = checks.number(owner, field.name, value, field.unit)
+                elif is_number(value.__class__):  # in a field of another type
+                    checks.number(owner, field.name, value, field.unit)
             except InputError as error:
                 unusable = unusable or error
                 checks.refuse(str(error))
@@ -225,18 +220,6 @@ class Input(Checked):
                     object.__setattr__(self, field.name, kept)
         if unusable:
             raise unusable
-
-
-def _kept(field: Field, owner: str, value: Any) -> Any:
-    """Value as a field keeps it: numbers as floats, so that equal records compare, hash and print alike."""
-    kind: Any = type(value)
-    if field.rule is not None:
-        return field.rule.check(owner, field.name, value, field.unit, field.hint)
-    if field.type in ("float", "float | None"):
-        return checks.number(owner, field.name, value, field.unit)
-    if is_number(kind):  # in a field of another type
-        checks.number(owner, field.name, value, field.unit)
-    return value
 
 
 @cache

@@ -34,8 +34,7 @@ H = d(G^T lam)/dq.
 
 force, tangent and account kernels give the results of element and energy kernels at less cost, for elements whose speed
 counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
-any y; damping kernels give powers for any velocities w.  An element without them is called through its element and
-energy kernels.
+any y; damping kernels give powers for any velocities w.  An element without them is called through those two kernels.
 
 least : a value that is not above it may be given as 0, or any other that is not above it; < 0: the value is wanted.
 
@@ -86,7 +85,7 @@ _F = types.float64
 _V = types.Array(_F, 1, "C")
 _P = types.Array(_F, 1, "C", readonly=True)
 _M = MATRIX
-_TRIPLE = types.UniTuple(_F, 3)
+_TRIPLE, _VOID = types.UniTuple(_F, 3), types.void
 
 compiled = whole(error_model="numpy", _nrt=False, forceinline=True)
 """Decorator of the compiled functions of the loop.
@@ -99,8 +98,7 @@ than most of them.  Kernels may allocate, since users write them.
 fast = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath=set(FUSED))
 """`compiled` with fused multiply-add, for the formulas of elements: a beam takes a sixth less time.
 
-Sums keep their order (another order gains 4 % and may lose digits where large terms cancel); NaN and infinity stay
-visible.
+Sums keep their order (another gains 4 % and may lose digits where large terms cancel); NaN and infinity stay visible.
 """
 
 
@@ -131,26 +129,24 @@ def _contract(name: str, parameters: str, result: Any, *arguments: Any) -> Contr
     return _BY_NAME.setdefault(name, Contract(name, tuple(parameters.split()), result(*arguments)))
 
 
-ELEMENT = _contract(
-    "element", "p t h q v a z r K C M z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _M, _M, _M, _V
-)
+ELEMENT = _contract("element", "p t h q v a z r K C M z_new", _VOID, _P, _F, _F, _V, _V, _V, _P, _V, _M, _M, _M, _V)
 ENERGY = _contract("energy", "p t q v", _TRIPLE, _P, _F, _V, _V)
-CONSTRAINT = _contract("constraint", "p t q v lam g G g_t gamma H", types.void, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M)
-GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
+CONSTRAINT = _contract("constraint", "p t q v lam g G g_t gamma H", _VOID, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M)
+GAP = _contract("gap", "p q v out", _VOID, _P, _V, _V, _V)
 NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
 FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
 MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
-JOINT_FRICTION = _contract("joint_friction", "p q lam out H", types.void, _P, _V, _V, _V, _M)
-FORCE = _contract("force", "p t h q v a z r z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _V)
+JOINT_FRICTION = _contract("joint_friction", "p q lam out H", _VOID, _P, _V, _V, _V, _M)
+FORCE = _contract("force", "p t h q v a z r z_new", _VOID, _P, _F, _F, _V, _V, _V, _P, _V, _V)
 TANGENT = _contract(
-    "tangent", "p t h q v a z kq kv ka r A z_new", types.void, *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V)
+    "tangent", "p t h q v a z kq kv ka r A z_new", _VOID, *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V)
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 DAMPING = _contract("damping", "p t q v w", types.UniTuple(_F, 2), _P, _F, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 EXTREMUM = _contract("extremum", "p t q v a least", types.UniTuple(_F, 2), _P, _F, _V, _V, _V, _F)
-CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
-RATES = _contract("rates", "p t x out", types.void, _P, _F, _V, _V)
+CONTROL = _contract("control", "p t u x dx y", _VOID, _P, _F, _P, _P, _V, _V)
+RATES = _contract("rates", "p t x out", _VOID, _P, _F, _V, _V)
 HEIGHT = _contract("height", "p t x", _F, _P, _F, _V)
 
 GAP_SIZE = 49
@@ -185,8 +181,7 @@ class Kernel:
 
     Raises
     ------
-    KernelError : the function does not take the contract's number of parameters; later, when it is first used: numba
-        does not compile it.
+    KernelError : the function does not take the contract's number of parameters; at its first use: numba refuses it.
 
     Notes
     -----
@@ -203,8 +198,7 @@ class Kernel:
             expected = ", ".join(contract.parameters)
             text = f"Kernel {function.__qualname__!r} takes {taken} parameters;"
             raise KernelError(f"{text} the {contract.name} contract has {len(contract.parameters)}: ({expected}).")
-        self.function = function
-        self.contract = contract
+        self.function, self.contract = function, contract
         self._dispatcher: Any = None
         self._address = 0
         self.__doc__ = function.__doc__

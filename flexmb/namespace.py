@@ -22,12 +22,10 @@ def lazy_names(
     module: str, file: str, former: Mapping[str, tuple[str, str]] | None = None
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a module whose public names stand in the stub beside it."""
-    # They are a function that imports a name when it is first used, one that lists the names, and their list; `module`
-    # and `file` are the module's `__name__` and `__file__`. Each line of the stub is `from package.module import name
-    # as name`; `name` may be a module itself. `former` has former names, with the present one and the version in which
-    # the former goes.
-    stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
-    homes = {name: home for home, name in _IMPORT.findall(stub)}
+    # They are a function that imports a name at its first use, one that lists the names, and their list; `module` and
+    # `file` are the module's `__name__` and `__file__`. Each line of the stub is `from package.module import name as
+    # name`; `name` may be a module itself. `former`: former names, with the present one and the version of their end.
+    homes = {name: home for home, name in _IMPORT.findall(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))}
     names = sorted(name for name in homes if name[0] != "_")
 
     def get(name: str) -> Any:

@@ -12,7 +12,6 @@ from flexmb.checks import did_you_mean
 from flexmb.errors import InputError
 
 Scale = tuple[Fraction, int]  # factor to SI, a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4
-
 # Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit.
 KINDS = {
     "m": ("a length", "m=1 cm=1e-2 mm=1e-3 um=1e-6 μm=1e-6 nm=1e-9"),
@@ -84,7 +83,10 @@ def quantity(text: str, unit: str, name: str) -> float:
         raise InputError(f"{name}: {text!r} is no number in {unit}.")
     match = TEXT.fullmatch(text.strip())
     if match is None or not (match["number"] or match["pi"]) or (match["times"] and not match["pi"]):
-        raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {_typed(name, unit)}.")
+        # "--clearance 0.5mm", "--set B.clearance=0.5mm", "--method hht:0.05"; of a part of a value the number alone
+        flag = "" if ": " in name else name if name.endswith(":") else f"{name}=" if " " in name else f"{name} "
+        example = f"{flag}{EXAMPLES.get(unit, '1.5')}"
+        raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {example}.")
     value, rest = _fraction(match["number"] or "1", text, name), match["rest"]
     if match["pi"] and (division := DIVISOR.fullmatch(rest)):
         divisor, rest = _fraction(division[1], text, name), division[2]
@@ -129,11 +131,3 @@ def _scale(unit_text: str, unit: str, text: str, name: str, *, pi: bool) -> Scal
 def _bare(unit: str) -> str:
     """A unit without blanks, dots and the sign of a power."""
     return re.sub(r"[\s.*^]", "", unit).replace("μ", "µ")
-
-
-def _typed(name: str, unit: str) -> str:
-    """A good value as it is typed: "--clearance 0.5mm", "--set B.clearance=0.5mm", "--method hht:0.05"."""
-    if ": " in name:  # a part of the value
-        return EXAMPLES.get(unit, "1.5")
-    between = "" if name.endswith(":") else "=" if " " in name else " "
-    return f"{name}{between}{EXAMPLES.get(unit, '1.5')}"

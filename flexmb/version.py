@@ -25,8 +25,7 @@ def compiles_fast(numba_version: str) -> bool:
 
 def versions() -> str:
     """Line on the versions of flexmb, Python and numba, and whether this numba compiles fast."""
-    numba_version = version("numba")
-    fast = ".".join(map(str, FAST_NUMBA[0]))
+    numba_version, fast = version("numba"), ".".join(map(str, FAST_NUMBA[0]))
     how = "compiles fast" if compiles_fast(numba_version) else f"compiles slowly; fast is {fast}"
     return f"flexmb {installed_version()}, Python {platform.python_version()}, numba {numba_version} ({how})"
 

@@ -20,8 +20,7 @@ OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, of typed or given arguments."""
-    # Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130
-    # interrupted from the keyboard.
+    # Exit status: 0 done, 1 the run did not end or `check` found errors, 2 refused, 3 a fault, 130 interrupted (key).
     if arguments is None:  # a process of its own looks seldom through numba's million objects, and at its end once
         gc.set_threshold(50_000, 20, 100)
         atexit.register(gc.freeze)  # called after `collect`
@@ -34,9 +33,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return code
     except BrokenPipeError:
-        if not reader_is_gone():
-            raise
-        return OK
+        try:
+            print(flush=True)  # what failed is no longer in the buffer
+        except BrokenPipeError:  # the reader of the output has closed the pipe, as `head` does: all else goes nowhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return OK
+        raise
     except KeyboardInterrupt:
         print("flexmb: interrupted from the keyboard.", file=sys.stderr)
         return INTERRUPTED
@@ -60,16 +62,6 @@ def explained(error: Exception) -> tuple[int, str]:
     if isinstance(error, MemoryError):
         return REFUSED, "there is not enough memory. Save fewer instants or signals, or run shorter."
     return FAULT, f"{type(error).__name__}: {error}. That should not happen; the same command with --debug shows where."
-
-
-def reader_is_gone() -> bool:
-    """Whether the reader of the output has closed the pipe, as `head` does; further output goes nowhere then."""
-    try:
-        print(flush=True)  # what failed is no longer in the buffer
-        return False
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return True
 
 
 def with_negative_numbers(arguments: Sequence[str]) -> list[str]:

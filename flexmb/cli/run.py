@@ -92,7 +92,6 @@ OUTPUT = ("--out", "--frames", "--checkpoint")
 # Options of output, with values and without, which are not repeated.
 FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debug")
 PERIODS = 2.0  # default length of a run, in periods
-
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4 | DormandPrince]] = {
     name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
 } | {"runge-kutta": RungeKutta4, "dormand-prince": DormandPrince}
@@ -156,17 +155,6 @@ def periods_of(mechanism: Mechanism) -> list[float]:
     return [period for period in compile_mechanism(mechanism).periods if period is not None]
 
 
-def method_of(text: str) -> Newmark | RungeKutta4 | DormandPrince:
-    """Integration method from its name: "hht", or "hht:0.05" with a number."""
-    name, colon, number = text.partition(":")
-    make = METHODS[checks.one_of("--method", "method", name, METHODS)]
-    if not colon:
-        return make()
-    if name not in WITH_NUMBER:
-        raise InputError(f"--method: {name!r} takes no number; write --method {name}.")
-    return make(quantity(number, "", f"--method {name}:"))
-
-
 def _saved(text: str) -> int | float | str:
     """Value of `--save`: a number of instants, a time with its unit, or "steps"."""
     if text == "steps" or text.rstrip()[-1:].isalpha():
@@ -176,7 +164,13 @@ def _saved(text: str) -> int | float | str:
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
     """Step and method as keywords; options without a value are omitted."""
-    method = {} if options.method is None else {"method": method_of(options.method)}
+    method: dict[str, Any] = {}
+    if options.method is not None:  # "hht", or "hht:0.05" with a number
+        name, colon, number = options.method.partition(":")
+        make = METHODS[checks.one_of("--method", "method", name, METHODS)]
+        if colon and name not in WITH_NUMBER:
+            raise InputError(f"--method: {name!r} takes no number; write --method {name}.")
+        method["method"] = make(quantity(number, "", f"--method {name}:")) if colon else make()
     if options.step is not None:
         return {"step": FixedStep(quantity(options.step, "s", "--step")), **method}
     return method if options.rtol is None else {"step": Adaptive(rtol=quantity(options.rtol, "", "--rtol")), **method}

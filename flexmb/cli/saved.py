@@ -1,7 +1,5 @@
 """Commands on saved runs: films, pictures, pages, VTK files, repetition."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from contextlib import suppress
@@ -92,9 +90,7 @@ def report(options: argparse.Namespace) -> int:
 def command_of(sol: Solution) -> list[str]:
     """Arguments of `flexmb run` that a saved run was made with; [] where they are unknown."""
     command = sol.model.get(COMMAND)
-    if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
-        return []
-    return list(map(str, command))
+    return list(map(str, command)) if isinstance(command, list) and command[1:] and command[0] == "run" else []
 
 
 def declared_again(command: list[str], name: str | None) -> tuple[Mechanism, argparse.Namespace]:

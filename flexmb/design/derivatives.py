@@ -82,8 +82,7 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
         raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
     period = common_period(program) if span.periods is not None else period_or_none(program)
     wanted = checks.positive(label, "periods", span.periods) * (period or 0.0) if span.t_end is None else span.t_end
-    end = check_end(label, wanted)
-    places = places_of(label, program, signals)
+    end, places = check_end(label, wanted), places_of(label, program, signals)
     # Saved instants (n,) with start and end [s]
     grid = save_grid(label, span.save, period, 0.0, end)
     if grid.interval == 0.0:
@@ -103,8 +102,7 @@ def signals_along(label: str, held: ParameterModel, span: Span, signals: Sequenc
     """Signals (n, m) at the saved instants of a run without derivatives, and their units."""
     begun = started(label, held, span, signals)
     begun.run.run_to(begun.end, saving=float(np.diff(begun.due).min()))
-    units = begun.run.program.names.signals.units
-    return begun.values(label)[1], tuple(units[k] for k in begun.places)
+    return begun.values(label)[1], tuple(begun.run.program.names.signals.units[k] for k in begun.places)
 
 
 @np.errstate(all="ignore")

@@ -25,12 +25,10 @@ from flexmb.version import installed_version
 # Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen.
 HARDLY_SEEN = 1e-7
 MEMBER = 0.1  # share of a parameter in such a combination from which it is named
-
 # Parts of the data, from the begin on, that are fitted one after the other.
 # The sum of squares has many minima where small differences grow; those of a shorter span are wider. In each span
 # residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
 SPANS = tuple(np.geomspace(0.01, 1.0, 14).tolist())
-
 # Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
 # which a span tells where to search.
 TRIALS, TELLING = 64, 5.0
@@ -207,18 +205,14 @@ class _Measured:
         squares = (np.where(seen, self.all_values, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
         usual = [0.1 * x or 1.0 if own is None else own for x, own in zip(np.sqrt(squares), levels, strict=True)]
         self.noise = np.array([checks.positive(label, f"noise of {self.signals[k]}", x) for k, x in enumerate(usual)])
-        self.offset = self._sharing(offset)
-        self.until(1.0)
-
-    def _sharing(self, offset: Sequence[Any]) -> list[list[int]]:
-        """Places of the signals of each offset."""
-        groups = [[x] if isinstance(x, str) else checks.sequence(self.label, "offset", x, "signals") for x in offset]
-        found = [[self.signals.index(checks.one_of(self.label, "offset", x, self.signals)) for x in g] for g in groups]
-        every = [place for places in found for place in places]
-        if len(set(every)) < len(every) or [] in found:
-            text = f"{self.label}: offset is {list(offset)!r}; each signal has one offset"
+        groups = [[x] if isinstance(x, str) else checks.sequence(label, "offset", x, "signals") for x in offset]
+        # Places of the signals of each offset
+        self.offset = [[self.signals.index(checks.one_of(label, "offset", x, self.signals)) for x in g] for g in groups]
+        every = [place for places in self.offset for place in places]
+        if len(set(every)) < len(every) or [] in self.offset:
+            text = f"{label}: offset is {list(offset)!r}; each signal has one offset"
             raise InputError(f"{text}: name it once, alone or in one list of signals that share theirs.")
-        return found
+        self.until(1.0)
 
     def cut(self, pieces: Sequence[Any]) -> None:
         """Begin a piece at the begin and at each of the times `pieces` of the data [s]."""
@@ -471,8 +465,7 @@ def _variance(residuals: np.ndarray, loss: str) -> float:
 def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     """Values, errors and correlations by the derivatives at the solution."""
     own, p, J = search.measured, len(search.low), search.jacobian(found.x)
-    names, computed = tuple(search.names), search.computed(found.x)
-    residuals = search.residuals(found.x)
+    names, computed, residuals = tuple(search.names), search.computed(found.x), search.residuals(found.x)
     lengths = np.linalg.norm(J, axis=0)
     J[:, p:] *= (lengths[:p].max() or 1.0) / lengths[p:]  # offsets, which have no bounds, weigh as parameters do
     left, singular, right = np.linalg.svd(J, full_matrices=False)
@@ -494,6 +487,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
     told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]
+    pairs = ([f"{x:+.2f} of {a}" for a, x in zip(labels, v, strict=True) if abs(x) > MEMBER] for v in right[~seen])
     lows, highs = search.low.tolist(), (search.low + search.width).tolist()
     shared = zip(found.x[p:], own.offset, strict=True)
     offsets = {own.signals[k]: float(x * own.noise[group[0]]) for x, group in shared for k in group}
@@ -501,7 +495,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     return Fit(
         parameters=dict(zip(names, search.values(found.x).tolist(), strict=True)), errors=errors,
         bounds=dict(zip(names, zip(lows, highs, strict=True), strict=True)), correlation=correlation[:p, :p],
-        offsets=offsets, unseen=tuple(_combinations(labels, right[~seen])), residuals=left_over, rms=rms,
+        offsets=offsets, unseen=tuple(" ".join(own) for own in pairs if own), residuals=left_over, rms=rms,
         runs=search.runs, ok=bool(found.success) and not stuck, message=" ".join(told), corrected=corrected,
         computed=left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))), begins=own.begins,
         units=units, about=about,
@@ -583,11 +577,3 @@ def _correlated(left: xr.Dataset, errors: Mapping[str, float], corrected: Mappin
     grown = [f"{name} {x:.2g} ({x / errors[name]:.2g} times)" for name, x in corrected.items() if math.isfinite(x)]
     text = f"Residuals are correlated from one instant to the next by {', '.join(of)}: n (1 - r)/(1 + r)"
     yield (f"{text} of n numbers count, and standard errors are too small. Corrected: {display.listed(grown, 6)}.")
-
-
-def _combinations(names: Sequence[str], directions: np.ndarray) -> Iterator[str]:
-    """Combinations of changes of parameters, relative to their bounds, that the data do not show."""
-    for row in directions:
-        members = [(name, x) for name, x in zip(names, row, strict=True) if abs(x) > MEMBER]
-        if members:
-            yield " ".join(f"{x:+.2f} of {name}" for name, x in members)

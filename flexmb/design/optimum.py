@@ -75,8 +75,7 @@ def optimise(
 ) -> Optimum:  # fmt: skip
     """Least value of a measure by the numbers of a mechanism, with the derivatives of the run.
 
-    A design whose run fails or that cannot be assembled is kept in the history with its status, and the search turns
-    back from it.
+    A design whose run fails or that cannot be assembled stays in the history with its status; the search turns back.
 
     Parameters
     ----------
@@ -110,7 +109,15 @@ def optimise(
     evaluation = _Evaluation(label, model, bounds, weights, conditions, Span(t_end, periods, 1, step, method))
     evaluation.most = checks.count(label, "most_designs", most_designs)
     evaluation.keep(store, resume=resume)
-    x = evaluation.scaled(_start(label, model, bounds, checks.mapping(label, "start", start)))
+    chosen = checks.mapping(label, "start", start)
+    for name in chosen:
+        checks.one_of(label, "parameter of the start", name, list(bounds))
+    own = middle = {name: 0.5 * (low + high) for name, (low, high) in bounds.items()}
+    with suppress(InputError):  # an argument without a default; other faults come back with the values
+        own = dict(zip(bounds, ParameterModel(label, model, list(bounds)).values, strict=True))
+    held = {name: own[name] if bounds[name][0] <= own[name] <= bounds[name][1] else middle[name] for name in bounds}
+    held |= {name: checks.between(label, name, value, *bounds[name]) for name, value in chosen.items()}
+    x = evaluation.scaled(held)
     if everywhere:
         x = _looked_for(evaluation)
     first = evaluation.at(x)
@@ -122,19 +129,6 @@ def optimise(
     limits = dict(zip(evaluation.texts, best.values[1:], strict=True))
     numbers = evaluation.values(best.x), best.values[0], first.values[0], limits
     return Optimum(*numbers, evaluation.history(), checked, *found)
-
-
-def _start(label: str, model: Model, bounds: Mapping[str, tuple[float, float]], given: Mapping[str, float]) -> Any:
-    """First values of the parameters."""
-    middle = {name: 0.5 * (low + high) for name, (low, high) in bounds.items()}
-    for name in given:
-        checks.one_of(label, "parameter of the start", name, list(bounds))
-    try:
-        own = dict(zip(bounds, ParameterModel(label, model, list(bounds)).values, strict=True))
-    except InputError:  # an argument without a default; other faults come back with the values
-        own = middle
-    held = {name: own[name] if bounds[name][0] <= own[name] <= bounds[name][1] else middle[name] for name in bounds}
-    return held | {name: checks.between(label, name, value, *bounds[name]) for name, value in given.items()}
 
 
 class _EnoughError(Exception):

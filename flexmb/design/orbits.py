@@ -107,8 +107,7 @@ def static_sensitivity(
     run = ParameterRun(here.program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
     none = np.zeros(here.program.n_q)
     run.begin(Start(rest.q, none, none, rest.lam))
-    places = places_of(label, here.program, names)
-    found = directions(held, here, 0.0)
+    places, found = places_of(label, here.program, names), directions(held, here, 0.0)
     by = parameter_rates(here.program, found.numbers, found.steps)
     rows_by = signal_rows(here.program, len(by.step), places)
     run.stepper.tangents = T = new_tangents(here.program, len(found.q), by, rows_by)
@@ -165,8 +164,7 @@ def _frequencies(
 def _pencil(system: StateEvaluation, q: np.ndarray, lam: np.ndarray) -> tuple[Any, Any]:
     """[[K, G^T], [G, 0]] and [[M, 0], [0, 0]]."""
     whole = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).matrix
-    mass = system.at(q, lam=lam, weights=(0.0, 0.0, 1.0)).matrix
-    return whole, mass - system.at(q, lam=lam).matrix
+    return whole, system.at(q, lam=lam, weights=(0.0, 0.0, 1.0)).matrix - system.at(q, lam=lam).matrix
 
 
 LABEL = "orbit_sensitivity"
@@ -217,16 +215,14 @@ def orbit_sensitivity(
     parameters : names of numbers of the mechanism, "B.clearance", or of parameters of the system.
     of : names of signals, and measures of signals: `mean`, `rms`, `peak`, `largest`, `smallest`; of a map the first
         two.  A signal by its name has its derivative at the saved instants, and all measures.
-    save : number of intervals between the saved instants, which stay and count from the start; of a map each iteration
-        is saved.
+    save : number of intervals between the saved instants, which stay and count from the start; of a map each iteration.
     distance : distance of neighbouring orbits, relative to the parameter, or to a mechanism that is less than a length.
     tolerance : largest residual of neighbouring orbits, see `periodic_orbit`.
 
     Raises
     ------
     InputError : an orbit that was not found; unknown parameters and signals, with the nearest name; an orbit at a fold
-        or within a family, which has a multiplier of 1; a value whose neighbours are refused; signals of an
-        `ImpactODE`.
+        or within a family, which has a multiplier of 1; a value with refused neighbours; signals of an `ImpactODE`.
     SolveError : a neighbouring orbit that is not found; see also `sensitivity`.
 
     Notes
@@ -320,20 +316,18 @@ def _slopes(orbit: PeriodicOrbit, one: Parameter, limits: tuple[float, ...], pla
     return slopes
 
 
-def _neighbour(
-    orbit: PeriodicOrbit, changed: tuple[str, float], tolerance: float, places: list[int], count: int
-) -> _Numbers:
+def _neighbour(orbit: PeriodicOrbit, new: tuple[str, float], limit: float, places: list[int], count: int) -> _Numbers:
     """Numbers of the orbit with a changed parameter, after a last correction without a run."""
     shooting = orbit.shooting.copy(orbit.times, orbit.shooting.segments)
-    starts, (shooting.parameter, value) = shooting.spread(orbit.state, orbit.period), changed
+    starts, (shooting.parameter, value) = shooting.spread(orbit.state, orbit.period), new
     if starts is None or not shooting.set_value(value):
         raise InputError(f"{LABEL}: {shooting.status.rstrip('.')}. Take a value farther from the limit.")
     period = orbit.period if shooting.autonomous else shooting.period
-    result = correct(shooting, starts, period, value, tolerance=tolerance, iterations=CORRECTIONS)
+    result = correct(shooting, starts, period, value, tolerance=limit, iterations=CORRECTIONS)
     run = result.last
     J = extended(shooting, run, None) if run is not None else None
     if not result.ok or run is None or J is None:
-        text = f"{LABEL}: no orbit at {changed[0]} = {value:.8g}: {result.status.rstrip('.')}"
+        text = f"{LABEL}: no orbit at {new[0]} = {value:.8g}: {result.status.rstrip('.')}"
         raise SolveError(f"{text}. A fold or the begin of an impact may lie between; give a smaller distance=.")
     step = solved(J, np.append(-run.gaps.ravel(), np.zeros(len(J) - run.gaps.size)))
     starts = shooting.moved(run, step[: run.gaps.size].reshape(run.gaps.shape))

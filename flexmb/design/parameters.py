@@ -1,7 +1,5 @@
 """Parameters of a mechanism: numbers of parts or arguments of a function; directions in which they move a program."""
 
-from __future__ import annotations
-
 import inspect
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -70,7 +68,19 @@ class ParameterModel:
         listed = checks.sequence(label, "parameters", names, "names such as 'B.clearance'")
         if not listed or any(listed.count(name) > 1 for name in listed):
             raise InputError(f"{label}: parameters is {listed!r}; give at least one name, each of them once.")
-        self.parameters = tuple(self._parameter(name, given.get(str(name))) for name in listed)
+        found, parameters = of_part if isinstance(model, Mechanism) else of_function, list[Parameter]()
+        for name in listed:
+            if not isinstance(name, str):
+                raise InputError(f"{label}: parameters holds {name!r}; it must hold names such as 'B.clearance'.")
+            present, unit, wanted = found(label, model, name)
+            value = present if given.get(name) is None else given[name]
+            number = isinstance(value, Real) and not isinstance(value, bool)
+            if not number or "float" not in wanted.split(" | "):
+                kind = wanted if number else repr(value)
+                text = f"{label}: {name!r} is {kind}"
+                raise InputError(f"{text}; there are derivatives by real numbers alone. Compare runs with both values.")
+            parameters.append(Parameter(name, checks.number(label, name, value, unit), unit))
+        self.parameters = tuple(parameters)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,19 +104,6 @@ class ParameterModel:
         if not isinstance(made, Mechanism):
             raise InputError(f"{self.label}: the function returned {type(made).__name__}; it must return a Mechanism.")
         return made
-
-    def _parameter(self, name: Any, value: Any) -> Parameter:
-        if not isinstance(name, str):
-            raise InputError(f"{self.label}: parameters holds {name!r}; it must hold names such as 'B.clearance'.")
-        found = of_part if isinstance(self.model, Mechanism) else of_function
-        present, unit, wanted = found(self.label, self.model, name)
-        value = present if value is None else value
-        number = isinstance(value, Real) and not isinstance(value, bool)
-        if not number or "float" not in wanted.split(" | "):
-            kind = wanted if number else repr(value)
-            text = f"{self.label}: {name!r} is {kind}"
-            raise InputError(f"{text}; there are derivatives by real numbers alone. Compare runs with both values.")
-        return Parameter(name, checks.number(self.label, name, value, unit), unit)
 
 
 def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
@@ -166,8 +163,7 @@ def of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
             raise InputError(f"{label}: {name!r}: there are no fields before {piece!r}.")
         own = require_field(f"{label}: {name!r}", piece, value)
         declared = next(field for field in fields(value) if field.name == own)
-        kind, unit = _kind(declared.type), unit_of(type(value), own)
-        value = getattr(value, own)
+        kind, unit, value = _kind(declared.type), unit_of(type(value), own), getattr(value, own)
     return value, unit, kind
 
 

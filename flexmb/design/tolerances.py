@@ -124,8 +124,7 @@ def spread(
 
     Raises
     ------
-    InputError : unknown parameters or signals, other distributions; a number of samples for Sobol's indices that is no
-        power of 2.
+    InputError : unknown parameters or signals, other distributions; for Sobol's indices samples that are no power of 2.
     SolveError : a run at the means that fails; fewer than two samples that succeed.
     """
     label = "spread"
@@ -157,8 +156,7 @@ def spread(
     machines = {"machine": list(range(len(values)))}
     found = sweep(sampled, machines, fixed=fixed, executor=executor, store=store, resume=resume)
     found = found.assign({name: ("machine", values[:, k]) for k, name in enumerate(laws)})
-    names = [one.name for one in measures]
-    good = np.asarray(found["ok"].values, dtype=bool)
+    names, good = [one.name for one in measures], np.asarray(found["ok"].values, dtype=bool)
     if good.sum() < 2:
         raise SolveError(f"{label}: {int(good.sum())} of {len(good)} samples succeeded: {found['status'].values[0]}")
     text.append(f"{int(good.sum())} of {len(good)} samples succeeded.")

@@ -41,8 +41,7 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
     # The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        loss, contact = work.loss[c], work.contact[c]
-        k = state.CONTACT_MEMORY_SIZE * c
+        loss, contact, k = work.loss[c], work.contact[c], state.CONTACT_MEMORY_SIZE * c
         memory = part_of(flow.memory, k, k + state.CONTACT_MEMORY_SIZE)
         N, T = contact[NORMAL_FORCE], contact[FRICTION_FORCE]
         touched = N != 0.0 or T != 0.0
@@ -89,8 +88,7 @@ def gap_within(tables, address, c, s, h, flow, q1, v1, work):
     dofs, gap = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6), work.gap
     for i in range(6):
         k = dofs[i]
-        rise = q1[k] - flow.q[k]
-        d0, d1 = h * flow.v[k], h * v1[k]
+        rise, d0, d1 = q1[k] - flow.q[k], h * flow.v[k], h * v1[k]
         c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
         work.ql[i] = flow.q[k] + s * (d0 + s * (c2 + s * c3))
         work.vl[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
@@ -105,7 +103,6 @@ def gap_within(tables, address, c, s, h, flow, q1, v1, work):
 # TURNED_OVER is half of the sum of the absolute changes of all other entries, over all steps, with each drive and each
 # contact by itself. Half, because energy that goes from one entry to another changes both.
 KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL, TURNED_OVER = range(11)
-
 # Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m].
 MEMORY_MOTION, MEMORY_DRIVE_FORCE = range(2)
 # Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J].

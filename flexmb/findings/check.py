@@ -28,8 +28,6 @@ from flexmb.statics.start import consistent
 from flexmb.statics.start.assemble import check_massless, close_loops
 from flexmb.statics.start.consistent import redundancy
 
-# Report on a mechanism: degrees of freedom, mass, natural frequencies, and all findings
-
 LISTED_PARTS = 30  # number of parts at most whose signals are printed
 
 
@@ -73,15 +71,6 @@ class Report:
         """The report as JSON text; keys are the names of the fields, and "ok"."""
         return json.dumps(self.as_dict(), indent=2)
 
-    def _measured(self) -> list[tuple[str, list[str]]]:
-        """Signals of joints, loads and other parts by name of the part."""
-        found: dict[str, list[str]] = {}
-        for part, _, signal in (name.rpartition(".") for name in self.signals):
-            if part.partition(".")[0] not in self.bodies:
-                found.setdefault(part, []).append(signal)
-        shown = list(found.items())[:LISTED_PARTS]
-        return [*shown, *([("...", [f"{len(found) - LISTED_PARTS} more parts"])] if len(found) > LISTED_PARTS else [])]
-
     def __repr__(self) -> str:
         sizes = f"{counted(len(self.bodies), 'body')}, {counted(self.freedom, 'degree')} of freedom, {self.free} free, "
         sizes += f"{self.mass:.6g} kg"
@@ -95,6 +84,10 @@ class Report:
 
     def __str__(self) -> str:
         """A small table, and the findings."""
+        signals: dict[str, list[str]] = {}  # of joints, loads and other parts by name of the part
+        for part, _, signal in (name.rpartition(".") for name in self.signals):
+            if part.partition(".")[0] not in self.bodies:
+                signals.setdefault(part, []).append(signal)
         lines = [
             f"Mechanism {self.name!r}: {_counted(self.findings)}",
             f"  bodies              {len(self.bodies)}: {listed(self.bodies)}",
@@ -108,8 +101,9 @@ class Report:
             f"  redundant joints    {listed(self.redundant) if self.redundant else 'none'}",
             f"  frequencies [Hz]    {', '.join(f'{f:.4g}' for f in self.frequencies) or 'none (nothing can vibrate)'}",
             f"  signals             {len(self.signals)}: {MOTION} of bodies and nodes;",
-            *(f"    {part}: {', '.join(names)}" for part, names in self._measured()),
+            *(f"    {part}: {', '.join(names)}" for part, names in list(signals.items())[:LISTED_PARTS]),
         ]
+        lines += [f"    ...: {len(signals) - LISTED_PARTS} more parts"] if len(signals) > LISTED_PARTS else []
         return "\n".join([*(lines if self.bodies else lines[:1]), *(f"  {finding}" for finding in self.findings)])
 
 
@@ -130,8 +124,7 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
     # Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging. `closed`
     # has ideal joints for contacts and elastic joints.
     findings = [*motion_findings(mechanism), *law_findings(mechanism)]
-    known = {name for finding in findings for name in finding.parts}
-    findings += kernel_findings(mechanism, known)
+    findings += kernel_findings(mechanism, {name for finding in findings for name in finding.parts})
     if not findings:
         try:
             findings = loops.locking_drives(mechanism, closed, close_loops(closed, {})[0])
@@ -139,8 +132,6 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
             findings = []
     return tuple(finding for finding in findings if CODES[finding.code][0] == ERROR)[:MOST_CAUSES]
 
-
-# Examination of a mechanism before it moves: all errors, warnings and notes at once
 
 LISTED_FREQUENCIES = 10  # number of natural frequencies in a report
 
@@ -283,19 +274,13 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
     held = int((ideal.reference.turns == 0.0).sum())  # rotations that mesh nodes do not have, held by a row each
     joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
     drives = {name.partition(".")[0] for name in moving.drives}
+    along = np.where(np.arange(ideal.n_q) % 3 == 0, 1.0, 0.0)  # a uniform velocity along x carries the whole mass
     return {
         "bodies": ideal.names.bodies,
         "joints": tuple(name for name in joints if name not in drives and name not in ideal.names.bodies),
         "contacts": moving.names.contacts, "coordinates": moving.n_q, "rows": moving.n_c, "freedom": freedom,
         "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven - held), "drives": moving.drives, "free": free,
         "redundant": tuple(sorted(repeated.parts)) if repeated else (),
-        "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)), "frequencies": frequencies,
+        "mass": float(along @ (StateEvaluation(ideal).mass(q) @ along)), "frequencies": frequencies,
         "signals": moving.reported.names,
     }  # fmt: skip
-
-
-def total_mass(n_q: int, M: Any) -> float:
-    """Mass that a uniform velocity along x carries [kg]."""
-    along = np.zeros(n_q)
-    along[0::3] = 1.0
-    return float(along @ (M @ along))

@@ -48,14 +48,12 @@ def _sizes(mechanism: Mechanism) -> Iterator[Finding]:
     if size > LARGEST_SIZE or 0.0 < size < SMALLEST_SIZE:
         text = f"The largest body, {name!r}, is {size:.4g} m long."
         yield found("odd-units", (name,), text, "Lengths are in m: a length in mm is divided by 1000.", size=size)
-
     size = size_of(mechanism)
     farthest = max((max(abs(node.x), abs(node.y)) for body in mechanism.bodies for node in body.nodes()), default=0.0)
     if farthest > FAR * size > 0.0:
         text = f"The mechanism is {size:.4g} m large and lies {farthest:.4g} m from the origin: its coordinates lose"
         remedy = "Subtract the place of one joint from all points."
         yield found("far-origin", (), f"{text} {math.log10(farthest / size):.0f} digits.", remedy, distance=farthest)
-
     g = math.hypot(*mechanism.gravity)
     if g > 0.0 and not GRAVITIES[0] <= g <= GRAVITIES[1]:
         text = f"Gravity is {g:.4g} m/s^2."

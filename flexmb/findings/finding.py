@@ -12,7 +12,6 @@ from flexmb.fields import field, record
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
 SEVERITIES = (ERROR, WARNING, NOTE)  # no right result; a result that is hardly what was meant; worth knowing
-
 CODES: dict[str, tuple[str, str]] = {
     "not-compilable": (ERROR, "a part does not fit its bodies, or a kernel cannot be compiled or returns NaN"),
     "not-solvable": (

@@ -25,18 +25,13 @@ HALVINGS = 40  # number of halvings by which a jump is located
 
 def motions_by_part(mechanism: Mechanism) -> Iterator[tuple[str, Motion]]:
     """Every prescribed motion and history, with the name of its part."""
-    for part in mechanism.parts:
-        for value in vars(part).values():
-            if isinstance(value, Motion):
-                yield part.name, value
+    return ((p.name, value) for p in mechanism.parts for value in vars(p).values() if isinstance(value, Motion))
 
 
 def motion_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on all motions of a mechanism."""
-    findings: list[Finding] = []
-    for name, motion in motions_by_part(mechanism):
-        findings += [*motion.findings(name), *wrong_rates(name, motion)]
-    return findings
+    motions = motions_by_part(mechanism)
+    return [one for name, motion in motions for one in (*motion.findings(name), *wrong_rates(name, motion))]
 
 
 def wrong_rates(name: str, motion: Motion) -> list[Finding]:
@@ -68,11 +63,9 @@ def _wrong_rate(
     name: str, at: Callable[[float], np.ndarray], times: np.ndarray, values: np.ndarray, span: float, k: int
 ) -> list[Finding]:
     """Finding on derivative k + 1 of a motion that differs from differences of derivative k at most instants."""
-    words = ("value", "rate", "second derivative")
-    h = DIFFERENCE * span
+    words, h = ("value", "rate", "second derivative"), DIFFERENCE * span
     wide, narrow = (np.array([(at(t + s)[k] - at(t - s)[k]) / (2.0 * s) for t in times]) for s in (h, 0.5 * h))
-    round_off = 1e-15 * np.abs(values[:, k]).max() / h
-    wrong = np.abs(narrow - values[:, k + 1])
+    round_off, wrong = 1e-15 * np.abs(values[:, k]).max() / h, np.abs(narrow - values[:, k + 1])
     largest = max(np.abs(values[:, k + 1]).max(), np.abs(narrow).max())
     bad = wrong > MISMATCH * largest + 10.0 * np.abs(wide - narrow) + 100.0 * round_off
     if bad.mean() <= 0.5:
@@ -137,18 +130,16 @@ def normal_sign(name: str, law: NormalLaw, gap: float) -> list[Finding]:
             z = np.array(law.history(), dtype=float)
             z_new = z.copy()
             N = float(values_of(law.kernel, p, h, depth * gap, rate, z, z_new)[0])
-            if N != 0.0 and not np.isnan(N):  # what is not a number is told by `kernel_findings`
-                text = f"The normal law of {name!r} gives N = {N:.4g} N at a gap of {depth * gap:.4g} m"
-                return [_pulls(name, f"{text} (gap rate {rate:g} m/s), where the surfaces are apart.")]
-            N = float(values_of(law.kernel, p, h, -depth * gap, rate, z_new.copy(), np.zeros_like(z))[0])
-            if N < 0.0:
-                text = f"The normal law of {name!r} gives N = {N:.4g} N at a penetration of {depth * gap:.4g} m"
-                return [_pulls(name, f"{text} (gap rate {rate:g} m/s); a contact can only push.")]
+            place, why = "gap", ", where the surfaces are apart"
+            if N == 0.0 or np.isnan(N):  # what is not a number is told by `kernel_findings`
+                N = float(values_of(law.kernel, p, h, -depth * gap, rate, z_new.copy(), np.zeros_like(z))[0])
+                place, why = "penetration", "; a contact can only push"
+                if not N < 0.0:
+                    continue
+            text = f"The normal law of {name!r} gives N = {N:.4g} N at a {place} of {depth * gap:.4g} m"
+            remedy = "Return 0 where the gap is positive, and never less than 0."
+            return [found("pulling-contact", (name,), f"{text} (gap rate {rate:g} m/s){why}.", remedy)]
     return []
-
-
-def _pulls(name: str, text: str) -> Finding:
-    return found("pulling-contact", (name,), text, "Return 0 where the gap is positive, and never less than 0.")
 
 
 def friction_sign(name: str, law: FrictionLaw) -> list[Finding]:

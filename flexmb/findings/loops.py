@@ -1,7 +1,6 @@
 """Findings on connections, loops and the rank of the constraints."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -18,6 +17,7 @@ from flexmb.late import scipy, sp
 from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
+from flexmb.planar import from_frame
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, body_rows, by_part, close_loops, drive_rows, least_shift
 from flexmb.statics.start.consistent import dependent_parts, redundancy, redundant_rows, shaken_pose
@@ -79,49 +79,42 @@ LISTED_MOTIONS = 6  # number of free motions that are named at most
 
 def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Redundant joints, drives too many, and singular poses, at a closed pose (n_q,)."""
-    found = redundancy(program, q)
-    if found is None:
+    repeated = redundancy(program, q)
+    if repeated is None:
         return _hidden(program, closed, q)
-    always, findings = redundant_rows(program, closed, q, 0.0), []
-    if found.rows > 0:
-        findings.append(_of_joints(found.joints, found.rows, singular=always == 0))
-    if found.excess > 0:
-        singular = always == 0 and not found.structural
-        findings.append(_of_drives(program, found.driven, found.excess, singular=singular))
+    is_singular, findings = redundant_rows(program, closed, q, 0.0) == 0, []
+    if (count := repeated.rows) > 0:
+        names, rows = repeated.joints, f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
+        if is_singular:
+            text = f"In the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular"
+            remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
+            findings.append(found("singular-pose", names, f"{text} pose.", remedy, redundant=count))
+        else:
+            text = f"The joints {quoted(names)} repeat one another in every pose near this one: {rows}."
+            remedy = "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
+            remedy += " or simulate(..., redundant='least-norm')."
+            findings.append(found("redundant-joints", names, text, remedy, redundant=count))
+    if (extra := repeated.excess) > 0:
+        owners = [drive.partition(".")[0] for drive in program.drives]
+        drives = [name for name in repeated.driven if name in owners] or owners
+        others = [name for name in repeated.driven if name not in owners]
+        joints = f" (with the joints {quoted(others)})" if others else ""
+        if is_singular and not repeated.structural:
+            text = f"{quoted(drives)} cannot move the mechanism from this pose{joints}: a dead centre."
+            remedy = "Start at another position of the drives."
+            findings.append(found("singular-pose", drives, text, remedy, redundant=extra))
+        else:
+            verb = "prescribes" if len(drives) == 1 else "prescribe"
+            text = f"{quoted(drives)} {verb} {counted(extra, 'motion')} more than the joints leave free{joints}."
+            findings.append(found("over-driven", drives, text, "Remove drives, or joints.", excess=extra))
     return findings
-
-
-def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding:
-    rows = f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
-    if singular:
-        text = f"In the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose"
-        remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
-        return found("singular-pose", names, f"{text}.", remedy, redundant=count)
-    text = f"The joints {quoted(names)} repeat one another in every pose near this one: {rows}."
-    remedy = "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
-    remedy += " or simulate(..., redundant='least-norm')."
-    return found("redundant-joints", names, text, remedy, redundant=count)
-
-
-def _of_drives(program: Program, names: Sequence[str], extra: int, *, singular: bool) -> Finding:
-    owners = [drive.partition(".")[0] for drive in program.drives]
-    drives = [name for name in names if name in owners] or owners
-    others = [name for name in names if name not in owners]
-    joints = f" (with the joints {quoted(others)})" if others else ""
-    if singular:
-        text = f"{quoted(drives)} cannot move the mechanism from this pose{joints}: a dead centre."
-        return found("singular-pose", drives, text, "Start at another position of the drives.", redundant=extra)
-    verb = "prescribes" if len(drives) == 1 else "prescribe"
-    text = f"{quoted(drives)} {verb} {counted(extra, 'motion')} more than the joints leave free{joints}."
-    return found("over-driven", drives, text, "Remove drives, or joints.", excess=extra)
 
 
 def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """More drives than the ideal mechanism has freedom, where only clearances give way."""
     if closed is program or not program.names.contacts:
         return []
-    driven = np.asarray(closed.tables.constraints.motion) >= 0
-    joints = np.flatnonzero(~driven)
+    joints = np.flatnonzero(np.asarray(closed.tables.constraints.motion) < 0)
     matrices = [body_rows(closed, x) for x in (shaken_pose(closed, q), q)]
     extra = min(len(surplus_rows(A)) - len(surplus_rows(A[joints])) for A in matrices)
     if extra <= 0:
@@ -167,8 +160,7 @@ ALIGNED = 0.02  # angle between two links that counts as 0 where a loop locks [r
 def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
     """Findings on loops that cannot close in the reference configuration."""
     # The pose with the smallest gaps near the reference configuration, and the gaps of its open joints [m, rad].
-    system, rigid = StateEvaluation(closed), RigidMotion(closed)
-    q = np.array(closed.reference.q)
+    system, rigid, q = StateEvaluation(closed), RigidMotion(closed), np.array(closed.reference.q)
     for _ in range(CREEPS):
         g = system.at(q).residual
         w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
@@ -224,7 +216,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
         try:
             pose = close_loops(closed, {}, start=pose, t=float(t))[0]
         except AssemblyError:
-            finding = _locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))
+            finding = _locked(mechanism, closed, pose, (good, float(t), float(times[-1])))
             if not bodies:
                 return [finding]
             text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
@@ -269,22 +261,17 @@ def drive_positions(closed: Program, times: np.ndarray) -> np.ndarray:
     return np.array([[values_of(m.kernel, p, float(t))[0] for m, p in zip(motions, ps, strict=True)] for t in times])
 
 
-def last_closed(closed: Program, pose: np.ndarray, good: float, bad: float) -> tuple[np.ndarray, float]:
-    """Last pose and instant at which the loops close, between two instants [s]."""
+def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, times: tuple[float, float, float]) -> Finding:
+    """The finding on a mechanism that locks after a closed `pose`; times: of this, of none, end of the motion [s]."""
+    t, bad, span = times
     for _ in range(HALVINGS):
-        middle = 0.5 * (good + bad)
+        middle = 0.5 * (t + bad)
         try:
-            pose, good = close_loops(closed, {}, start=pose, t=middle)[0], middle
+            pose, t = close_loops(closed, {}, start=pose, t=middle)[0], middle
         except AssemblyError:
             bad = middle
-    return pose, good
-
-
-def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, span: float) -> Finding:
-    """The finding on a mechanism that locks at t [s], of a motion that lasts `span` [s]."""
     begin, here = drive_positions(closed, np.array([0.0, t]))
-    drives = list(drive_rows(closed))
-    weak = weakest_parts(closed, body_rows(closed, pose, t))
+    drives, weak = list(drive_rows(closed)), weakest_parts(closed, body_rows(closed, pose, t))
     aligned = aligned_joints(mechanism, closed, pose, weak)
     joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
     where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))
@@ -310,7 +297,12 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
 def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
     """Three weak joints of two neighbouring links on one line in a locked pose (n_q,), of the parts `weak`; or ()."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
-    points = {joint.name: _point(mechanism, closed, pose, joint) for joint in joints}
+    points = {}
+    for joint in joints:
+        own = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
+        node = f"{own.part}.{own.node}" if own.node else own.part
+        x, y, theta = (pose[closed.coordinate(f"{node}.{axis}")] for axis in ("x", "y", "theta"))
+        points[joint.name] = np.array(from_frame((x, y), theta, own.offset))
     best: tuple[float, tuple[str, ...]] = (ALIGNED, ())
     for three in combinations(joints, 3):
         for middle in three:
@@ -331,12 +323,3 @@ def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak
 def _shared(one: Joint, other: Joint) -> set[str]:
     """Names of the moving bodies that both joints belong to."""
     return ({one.first.name, one.second.name} & {other.first.name, other.second.name}) - {GROUND.name}
-
-
-def _point(mechanism: Mechanism, closed: Program, pose: np.ndarray, joint: Joint) -> np.ndarray:
-    """Place of a joint in a pose [m]."""
-    end = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
-    node = f"{end.part}.{end.node}" if end.node else end.part
-    x, y, theta = (pose[closed.coordinate(f"{node}.{axis}")] for axis in ("x", "y", "theta"))
-    c, s = math.cos(theta), math.sin(theta)
-    return np.array([x + c * end.offset[0] - s * end.offset[1], y + s * end.offset[0] + c * end.offset[1]])

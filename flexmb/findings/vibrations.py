@@ -120,8 +120,18 @@ class Looked:
     @staticmethod
     def at(run: Run, motion: WatchedMotion, begun: float) -> Looked:
         """Data of a run from `begun` [s] on and of its motion."""
-        program, even = run.program, motion.even
-        rows, first = _rows(program, motion.times, np.flatnonzero(even))
+        program, even, n = run.program, motion.even, run.program.n_q
+        kept, rows, first = np.flatnonzero(even), np.zeros(0, dtype=int), np.zeros(0, dtype=bool)
+        if n != program.n_c and len(kept) >= FEWEST_INSTANTS:  # something is free to move, and enough is kept
+            poses = np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES)
+            times = motion.times[kept]
+            later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
+            # At uneven distances; `first`: those that are the first ones from a pose on
+            wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
+            places = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
+            places = np.minimum(np.maximum(places, places[0] + later), len(kept) - 1)
+            chosen = np.unique(places)
+            rows, first = kept[chosen], np.isin(chosen, places[0])
         return Looked(
             program, run.method, begun, float(run.flow.clock.t) - begun, int(run.record.count.steps), motion.fixed_step,
             motion.times[rows], motion.values[rows, : 3 * program.n_q].reshape(len(rows), 3, program.n_q),
@@ -242,12 +252,9 @@ def _unresolved_start(program: Program, group: Vibrations, h: float) -> Iterator
     if not len(coarse):
         return
     k = int(coarse[np.argmax(begun[coarse])])
-    period = 2.0 * np.pi / float(group.modes.omega[k])
-    moves = _moves(program, group.modes, k)
-    text = (
-        f"The run begins with a vibration of {1.0 / period:.4g} Hz (mostly {moves}), {h / period:.2g} of whose period "
-        f"is one step of {h:.3g} s: its peaks are not resolved."
-    )
+    period, moves = 2.0 * np.pi / float(group.modes.omega[k]), _moves(program, group.modes, k)
+    text = f"The run begins with a vibration of {1.0 / period:.4g} Hz (mostly {moves}), {h / period:.2g} of whose"
+    text += f" period is one step of {h:.3g} s: its peaks are not resolved."
     remedy = f"Take steps of {period / 20.0:.1g} s, Adaptive(), or a drive that starts softly."
     yield found("coarse-step", (moves.partition(".")[0],), text, remedy, step=h, period=period)
 
@@ -256,21 +263,6 @@ def _moves(program: Program, modes: LinearModes, k: int) -> str:
     """Name of the coordinate that mode k moves most."""
     shape = modes.shapes[:, k]
     return moves_most(program.names.coordinates[: len(shape)], program.length, shape)
-
-
-def _rows(program: Program, times: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of `times` among the kept ones, at uneven distances, and which are the first ones from a pose on."""
-    # There are none where nothing is free to move, or where too few are kept.
-    n = program.n_q
-    if n == program.n_c or len(kept) < FEWEST_INSTANTS:
-        return np.zeros(0, dtype=int), np.zeros(0, dtype=bool)
-    times, poses = times[kept], np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES)
-    later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
-    wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
-    found = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
-    found = np.minimum(np.maximum(found, found[0] + later), len(kept) - 1)
-    rows, first = sorted({*found.ravel().tolist()}), {*found[0].tolist()}
-    return kept[rows], np.array([row in first for row in rows])
 
 
 def _of_kind(each: np.ndarray, elastic: np.ndarray) -> np.ndarray:

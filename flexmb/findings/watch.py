@@ -107,7 +107,19 @@ def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: Contac
             text += f"{part.lost_when if through else 'far beyond the validity of any law'}."
             remedy = "A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
             yield found("deep-contact", (part.name,), text, remedy, wrong=through, time=when, depth=depth, size=size)
-    yield from _coarse_contacts(motion, contacts)
+    h = motion.fixed_step
+    for k, name in enumerate(contacts.names if h is not None else ()):  # of a few fixed steps: an accident of the steps
+        own = contacts.columns(k)
+        lasted, impulse = own["end"] - own["start"], own["impulse"]
+        coarse = lasted < LEAST_STEPS * (h or 0.0)  # NaN, of one that lasts, is not
+        share = float(impulse[coarse].sum()) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
+        if share > SHARE:
+            first, need = float(own["start"][coarse][0]), float(np.median(lasted[coarse])) / 32.0
+            text = f"{int(coarse.sum())} of {len(coarse)} contacts of {name!r} last less than {LEAST_STEPS:g} of the"
+            text += f" fixed steps ({h:.3g} s), the first at t = {first:.6g} s: their restitution is an accident of the"
+            remedy, wrong = f"Take steps of {need:.2g} s, or Adaptive().", share > IMPOSSIBLE_SHARE
+            owner = (name.partition(".")[0],)
+            yield found("coarse-step", owner, f"{text} steps.", remedy, wrong=wrong, time=first, share=share)
     for part in mechanism.parts:
         yield from part.answers("findings_after", mechanism, motion)
     for name, law in _laws(mechanism):
@@ -143,25 +155,6 @@ def law_findings_after(program: Program, z: np.ndarray, contacts: ContactLog, si
             yield found(code, (name.partition(".")[0],), f"{name} ({type(law).__name__}): {text}.")
 
 
-def _coarse_contacts(motion: WatchedMotion, contacts: ContactLog) -> Iterator[Finding]:
-    """Findings on contacts of a few fixed steps, whose restitution is an accident of the steps."""
-    h = motion.fixed_step
-    for k, name in enumerate(contacts.names if h is not None else ()):
-        own = contacts.columns(k)
-        lasted, impulse = own["end"] - own["start"], own["impulse"]
-        coarse = lasted < LEAST_STEPS * (h or 0.0)  # NaN, of one that lasts, is not
-        share = float(impulse[coarse].sum()) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
-        if share > SHARE:
-            first, need = float(own["start"][coarse][0]), float(np.median(lasted[coarse])) / 32.0
-            text = (
-                f"{int(coarse.sum())} of {len(coarse)} contacts of {name!r} last less than {LEAST_STEPS:g} of the "
-                f"fixed steps ({h:.3g} s), the first at t = {first:.6g} s: their restitution is an accident of the "
-                "steps."
-            )
-            remedy, wrong = f"Take steps of {need:.2g} s, or Adaptive().", share > IMPOSSIBLE_SHARE
-            yield found("coarse-step", (name.partition(".")[0],), text, remedy, wrong=wrong, time=first, share=share)
-
-
 # Explanation of a run that failed: failed kernel, known cause, residuals, contacts, and a remedy that was tried
 
 STEP_CODES = (SINGULAR, NOT_FINITE, NEWTON_FAILED, STEP_TOO_SMALL)  # codes of runs that ended because a step failed
@@ -180,8 +173,7 @@ def kernel_that_failed(run: Run) -> Finding | None:
         q = state.q + ahead * state.v if state is flow else state.q
         return Instant(t + ahead, ahead, q, state.v, state.a, state.lam, z)
 
-    steps = [part * h for part in (1.0, 0.5, 0.1, 2.0)]
-    instants = [instant(state, s) for state in (trial, flow) for s in steps]
+    instants = [instant(state, part * h) for state in (trial, flow) for part in (1.0, 0.5, 0.1, 2.0)]
     return failed_kernel(run.program, [*instants, instant(flow, 0.0)])
 
 

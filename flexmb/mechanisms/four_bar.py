@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
-from flexmb.mechanisms.choices import LEFT, Point, at_angle, corner, crank_motion, friction_law, pin
+from flexmb.mechanisms.choices import LEFT, at_angle, corner, crank_motion, friction_law, pin
 from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
@@ -85,8 +85,7 @@ def four_bar(
     Parameters
     ----------
     speed : speed of the crank.
-    clearance : radius of the bearing on the coupler less radius of the journal on the rocker, at B; None: ideal
-        joint.
+    clearance : radius of the bearing on the coupler less that of the journal on the rocker, at B; None: ideal joint.
     flexible : whether the links are beams.
     friction : friction at B: "coulomb" for the modified Coulomb law with the data, a friction law, or None.
     elements : number of beam elements of each link.
@@ -114,7 +113,16 @@ def four_bar(
     O, D = (0.0, 0.0), (data.ground, 0.0)
     A = at_angle(O, data.crank, checks.number("four_bar", "start", start, "rad"))
     B = corner("four_bar: loop O-A-B-D", A, data.coupler, D, data.rocker, LEFT)
-    beams = _beams(data, elements, O, A, B, D)
+    aluminium = Material(data.young, data.density, data.poisson)
+    make = partial(FlexibleLink, material=aluminium, elements=elements, damping=data.damping)
+    bar = data.density * data.width * data.coupler_depth * data.coupler
+    total = bar + data.bearing_mass  # with the bearing at the end of the coupler
+    more: Any = {"mass": total, "centre": (0.5 * bar + data.bearing_mass) / total}
+    beams = [
+        make("crank", O, A, section=Rectangle(width=data.width, height=data.crank_depth)),
+        make("coupler", A, B, section=Rectangle(width=data.width, height=data.coupler_depth), **more),
+        make("rocker", D, B, section=Rectangle(width=data.width, height=data.rocker_depth)),
+    ]
     crank, coupler, rocker = beams if flexible else [_rigid(beam) for beam in beams]
     steel = Material(data.contact_young, data.density, data.contact_poisson)
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
@@ -124,18 +132,6 @@ def four_bar(
     joints = [*ends, Revolute("A", crank, coupler, at=A), worn]
     motor = Drive("motor", "O", crank_motion("four_bar", speed, ramp))
     return Mechanism(NAME, (crank, coupler, rocker, *joints, motor))
-
-
-def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Point) -> list[FlexibleLink]:
-    """Beams of crank, coupler (with the bearing at its end) and rocker."""
-    steel = Material(data.young, data.density, data.poisson)
-    make = partial(FlexibleLink, material=steel, elements=elements, damping=data.damping)
-    depths = data.crank_depth, data.coupler_depth, data.rocker_depth
-    crank, coupler, rocker = (Rectangle(width=data.width, height=h) for h in depths)
-    bar = data.density * data.width * data.coupler_depth * data.coupler
-    total = bar + data.bearing_mass
-    middle = make("coupler", A, B, section=coupler, mass=total, centre=(0.5 * bar + data.bearing_mass) / total)
-    return [make("crank", O, A, section=crank), middle, make("rocker", D, B, section=rocker)]
 
 
 def _rigid(beam: FlexibleLink) -> Body:

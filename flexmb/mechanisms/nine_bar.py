@@ -17,7 +17,7 @@ from flexmb.mechanisms import choices
 from flexmb.mechanisms.choices import Point
 from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Body, Joint
+from flexmb.model.part import GROUND, Body
 from flexmb.parts.bodies.flexible_links import FlexibleFrame, FlexibleLink
 from flexmb.parts.bodies.rigid import RigidBody, RigidLink
 from flexmb.parts.contact.friction import ModifiedCoulomb
@@ -215,8 +215,7 @@ def nine_bar(
     start : angles of cranks 1 and 4 at the start, from +X.
     ramp : time in which the cranks reach their speed from rest; None: they start at full speed.
     mesh : folder of the line meshes crank1.msh, link2.msh, ..., panel7.msh of beams, as in `meshes/` of the repository
-        (tag 1: section of the bars, tag 2: of link 3); with it, links are beams and `elements` is not used.  None: no
-        files.
+        (tag 1: section of the bars, tag 2: of link 3); with it, links are beams and `elements` is not used.
     data : data of the mechanism; None: `NineBarData()`.
 
     Raises
@@ -243,26 +242,14 @@ def nine_bar(
     checks.count("nine_bar", "elements", elements)
     speed = checks.number("nine_bar", "speed", speed, "rad/s")
     pose = NineBarPose.at(data, *choices.angles("nine_bar", "start", start))
-    as_beams = flexible or mesh is not None
-    body = _flexible_bodies(data, pose, elements, mesh) if as_beams else _rigid_bodies(data, pose)
+    is_rigid = not flexible and mesh is None
+    body = _rigid_bodies(data, pose) if is_rigid else _flexible_bodies(data, pose, elements, mesh)
     body["slider"] = RigidBody("slider", pose.S, data.mass9, data.inertia9, outline=choices.box(pose.S, *SLIDER_SIZE))
     law = choices.friction_law("nine_bar", friction, data.coulomb)
     play = choices.pin("P1", body["crank1"], body["link2"], pose.P1, clearance, data.bearing_radius, data.normal, law)
     cranks = ("motor1", "O1", -speed), ("motor4", "O4", speed)
     drives = [Drive(name, joint, choices.crank_motion("nine_bar", w, ramp)) for name, joint, w in cranks]
-    return Mechanism(NAME, (*body.values(), *_ideal_joints(data, pose, body), play, *drives), (data.gravity, 0.0))
-
-
-def _ends(data: NineBarData, pose: NineBarPose) -> dict[int, tuple[Point, Point]]:
-    return {
-        1: (data.pivot1, pose.P1), 2: (pose.P1, pose.B), 3: (pose.P4, pose.B),
-        4: (data.pivot4, pose.P4), 6: (data.pivot6, pose.A), 8: (pose.C, pose.S),
-    }  # fmt: skip
-
-
-def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -> list[Joint]:
-    """All joints except P1."""
-    return [
+    ideal = [
         Revolute("O1", GROUND, body["crank1"], at=data.pivot1),
         Revolute("O4", GROUND, body["crank4"], at=data.pivot4),
         Revolute("O6", GROUND, body["rocker6"], at=data.pivot6),
@@ -274,6 +261,14 @@ def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -
         Revolute("S", body["link8"], body["slider"], at=pose.S),
         Prismatic("guide", GROUND, body["slider"], at=pose.S, along=(1.0, 0.0)),
     ]
+    return Mechanism(NAME, (*body.values(), *ideal, play, *drives), (data.gravity, 0.0))
+
+
+def _ends(data: NineBarData, pose: NineBarPose) -> dict[int, tuple[Point, Point]]:
+    return {
+        1: (data.pivot1, pose.P1), 2: (pose.P1, pose.B), 3: (pose.P4, pose.B),
+        4: (data.pivot4, pose.P4), 6: (data.pivot6, pose.A), 8: (pose.C, pose.S),
+    }  # fmt: skip
 
 
 def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:

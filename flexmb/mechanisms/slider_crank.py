@@ -87,8 +87,7 @@ def slider_crank(
     speed : speed of the crank.
     clearance : radius of the bearing in the rod less radius of the pin on the slider; None: ideal joint.
     flexible : whether the rod is a beam.
-    friction : friction in the piston pin: "coulomb" for the modified Coulomb law with the data, a friction law, or
-        None.
+    friction : friction in the piston pin: "coulomb" for the modified Coulomb law with the data, a law, or None.
     elements : number of beam elements of a flexible rod.
     start : angle of the crank at the start, from +X.
     ramp : time in which the crank reaches its speed from rest; None: it starts at full speed.
@@ -118,9 +117,13 @@ def slider_crank(
     A = at_angle(O, data.crank, angle)
     B = on_line("slider_crank: loop O-A-B-guide", A, data.rod, 0.0, 1.0)
     crank = RigidLink("crank", O, A, data.crank_mass, data.crank_inertia)
-    rod = _rod(data, A, B, elements if flexible else None)
-    slider = RigidBody("slider", B, data.slider_mass, data.slider_inertia, outline=box(B, *SLIDER_SIZE))
     steel = Material(data.young, data.density, data.poisson)
+    inertia = (data.rod_mass * data.rod**2 / 12.0) if data.rod_inertia is None else data.rod_inertia
+    rod: Body = RigidLink("rod", A, B, data.rod_mass, inertia)
+    if flexible:
+        section = Rectangle(width=data.rod_side, height=data.rod_side)
+        rod = FlexibleLink("rod", A, B, section=section, material=steel, elements=elements, damping=data.damping)
+    slider = RigidBody("slider", B, data.slider_mass, data.slider_inertia, outline=box(B, *SLIDER_SIZE))
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
     law = friction_law("slider_crank", friction, ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1))
     worn = pin("B", rod, slider, B, clearance, data.bearing_radius, normal, law)
@@ -128,13 +131,3 @@ def slider_crank(
     joints = [Revolute("O", GROUND, crank, at=O), Revolute("A", crank, rod, at=A), worn, guide]
     motor = Drive("motor", "O", crank_motion("slider_crank", speed, ramp))
     return Mechanism(NAME, (crank, rod, slider, *joints, motor))
-
-
-def _rod(data: SliderCrankData, start: tuple[float, float], end: tuple[float, float], elements: int | None) -> Body:
-    """The connecting rod, rigid when `elements` is None."""
-    if elements is None:
-        inertia = (data.rod_mass * data.rod**2 / 12.0) if data.rod_inertia is None else data.rod_inertia
-        return RigidLink("rod", start, end, data.rod_mass, inertia)
-    section = Rectangle(width=data.rod_side, height=data.rod_side)
-    material = Material(data.young, data.density, data.poisson)
-    return FlexibleLink("rod", start, end, section=section, material=material, elements=elements, damping=data.damping)

@@ -178,9 +178,7 @@ class Reaction:
     units: str = field("of the signal")
     row: int = field("number of the equation", default=0)
     factor: float = field("derivative of the equation by the coordinate on which the force acts", default=1.0)
-    place: int = field(
-        "among the coordinates, of a velocity that multiplies the force, for a power; -1: none", default=-1
-    )
+    place: int = field("among the coordinates, of a velocity that multiplies the force, a power; -1: none", default=-1)
     rate: str = field('signal of the part, of a signal kernel, that multiplies the force; "": none', default="")
     on: tuple[int, ...] = field("coordinates whose forces are added up; empty: the force of the equation", default=())
     power: bool = field("whether each of these forces is multiplied by its velocity [W]", default=False)
@@ -196,9 +194,7 @@ class ConstraintContribution:
 
     part: str = field("name of the part")
     kernel: Kernel = field("constraint kernel")
-    coordinates: tuple[Coordinate, ...] = field(
-        "coordinates (part, node, axis) of the kernel, each once; axis 0, 1, 2 for x, y, theta"
-    )
+    coordinates: tuple[Coordinate, ...] = field("coordinates (part, node, axis: 0, 1, 2 for x, y, theta), each once")
     p: tuple[float, ...] = field("parameters of the kernel")
     rows: int = field("number of equations")
     second: tuple[Coordinate, ...] | None = field("coordinates of the body with the reported force", default=None)
@@ -212,9 +208,7 @@ class ConstraintContribution:
         default="always",
     )
     reactions: tuple[Reaction, ...] = field("reported forces in place of those on a second body", default=())
-    columns: tuple[tuple[int, ...], ...] | None = field(
-        "places of the coordinates that each equation has in G; None: all", default=None
-    )
+    columns: tuple[tuple[int, ...], ...] | None = field("places of coordinates of each row; None: all", default=None)
     curved: tuple[tuple[int, int], ...] | None = field("rows and columns of the entries of H; None: all", default=None)
 
     def __post_init__(self) -> None:

@@ -18,8 +18,7 @@ from flexmb.model.part import Body, Pose, WatchedMotion
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-# Strain under the loads at rest, and in a run, above which linear elasticity is no longer meant; above the last one the
-# run is not ok.
+# Strain at rest under the loads, and in a run, above which linear elasticity is not meant; above the last no run is ok.
 STRAIN_AT_REST, LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.02, 0.05, 0.2
 LEAST = 1e-6  # stress over yield stress up to which nothing is said: round-off of a body without loads
 
@@ -124,10 +123,7 @@ class ElasticBody(Body):
         if stress > limit:
             wrong = strain > IMPOSSIBLE_STRAIN
             yield found("large-strain", (self.name,), text, wrong=wrong, time=when, strain=strain, limit=limit)
-        yield from self._strength(motion)
-
-    def _strength(self, motion: WatchedMotion) -> Iterator[Finding]:
-        """Finding on the largest stress of the time that is saved."""
+        # The largest stress of the time that is saved.
         place, limit = motion.signals.places.get(f"{self.name}.von_mises"), _yield_stress(self)
         stress = 0.0 if place is None else float(motion.reported[0][place])
         if place is None or limit is None or not stress > LEAST * limit:

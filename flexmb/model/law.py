@@ -58,8 +58,7 @@ class Material(Input, Shown):
     def compliance(self) -> float:
         """(1 - nu^2) / E [1/Pa], the share of one body in the compliance of a Hertz contact.
 
-        Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (4.20): 1/E* is the sum of it
-        over both bodies.
+        Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (4.20): 1/E* is its sum of both.
         """
         return (1.0 - self.poisson**2) / self.young
 

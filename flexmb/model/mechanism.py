@@ -16,22 +16,13 @@ from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, listed, number_text, pretty
 from flexmb.errors import FlexmbError, InputError, ModelError, UnknownNameError
 from flexmb.fields import field, record_with, unit_of
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    Contributions,
-    Coordinate,
-    ElementContribution,
-    Node,
-)
+from flexmb.model import contributions as pieces
+from flexmb.model.contributions import Contribution, Contributions, Coordinate, Node
 from flexmb.model.part import GROUND, Body, Controller, Joint, Part, declared_state, name_of
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-# Text and HTML table of a mechanism
 
 LISTED_PARTS = 12  # number of parts at most in a line
 
@@ -120,6 +111,7 @@ def _value_text(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else str(value)
 
 
+ACTING = pieces.ElementContribution | pieces.ConstraintContribution | pieces.ContactContribution  # on coordinates
 # Names that no part may have, with their owners.
 RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energy": "the signals of the energies"}
 
@@ -136,8 +128,7 @@ class Mechanism(metaclass=arguments.CheckedType):
 
     Raises
     ------
-    ModelError : duplicate names, a part connected to one that is not in the mechanism, a joint driven twice; all such
-        errors are told at once.
+    ModelError : duplicate names, a part connected to one that is not there, a joint driven twice; all told at once.
     InputError : a value that is not a part, a gravity that is not a pair of finite numbers.
     """
 
@@ -149,7 +140,17 @@ class Mechanism(metaclass=arguments.CheckedType):
         checks.identifier("Mechanism", self.name)
         object.__setattr__(self, "parts", checks.sequence(self.label, "parts", self.parts, "parts"))
         object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity, "m/s^2"))
-        self._raise([*self._wrong_names(), *self._missing_parts()])
+        wrong: list[FlexmbError] = []
+        seen: dict[str, Part] = {}
+        for part in self.parts:
+            if not isinstance(part, Part):
+                raise InputError(f"{self.label}: {part!r} is not a part.")
+            if part.name in seen or part.name in RESERVED:
+                other = f"{seen[part.name].label}" if part.name in seen else RESERVED[part.name]
+                text = f"{self.label} has two parts named {part.name!r}: {part.label} and {other}."
+                wrong.append(ModelError(f"{text} Rename one."))
+            seen[part.name] = part
+        self._raise([*wrong, *self._missing_parts()])
         invalid: list[FlexmbError] = []
         for part in self.parts:
             try:
@@ -165,17 +166,6 @@ class Mechanism(metaclass=arguments.CheckedType):
         if errors:
             texts = "\n".join(f"{k}. {error}" for k, error in enumerate(errors, 1))
             raise ModelError(f"{self.label} has {len(errors)} errors:\n{texts}")
-
-    def _wrong_names(self) -> Iterator[ModelError]:
-        seen: dict[str, Part] = {}
-        for part in self.parts:
-            if not isinstance(part, Part):
-                raise InputError(f"{self.label}: {part!r} is not a part.")
-            if part.name in seen or part.name in RESERVED:
-                other = f"{seen[part.name].label}" if part.name in seen else RESERVED[part.name]
-                text = f"{self.label} has two parts named {part.name!r}: {part.label} and {other}."
-                yield ModelError(f"{text} Rename one.")
-            seen[part.name] = part
 
     def _missing_parts(self) -> Iterator[ModelError]:
         for part in self.parts:
@@ -233,7 +223,7 @@ class Mechanism(metaclass=arguments.CheckedType):
                 with suppress(FlexmbError):
                     contributions = self.contributions_of(part)
             for one in contributions:
-                if isinstance(one, ElementContribution | ConstraintContribution | ContactContribution):
+                if isinstance(one, ACTING):
                     for place, coordinate in enumerate(one.coordinates):
                         found.setdefault(coordinate, []).append((part, one, place))
         return found
@@ -333,8 +323,7 @@ class Mechanism(metaclass=arguments.CheckedType):
             if "." in path:
                 nested.append((name, path, value, f"{self.label}: {key!r}"))
             else:
-                field = require_field(f"{self.label}: {key!r}", path, parts[name])
-                own.setdefault(name, {})[field] = value
+                own.setdefault(name, {})[require_field(f"{self.label}: {key!r}", path, parts[name])] = value
         parts |= {name: replace(parts[name], **values) for name, values in own.items()}
         for name, path, value, label in nested:
             parts[name] = _with_field(parts[name], path, value, label)
@@ -430,11 +419,9 @@ def require_field(label: str, name: str, owner: Any) -> str:
     known = [f.name for f in fields(owner) if f.init and f.name != "name"]
     name = arguments.present_name(type(owner), name)
     if isinstance(owner, Joint) and "clearance" not in known and get_close_matches(name, ["clearance"]):
-        text = f"{label}: {owner.label} has no clearance"
-        raise InputError(
-            f"{text}. Give the mechanism a joint with clearance of the same name, e.g. RevoluteClearance(...); a ready "
-            "mechanism has one where its own clearance is given (clearance=..., on the command line --clearance)."
-        )
+        text = f"{label}: {owner.label} has no clearance. Give the mechanism a joint with clearance of the same name,"
+        text += " e.g. RevoluteClearance(...); a ready mechanism has one where its own clearance is given"
+        raise InputError(f"{text} (clearance=..., on the command line --clearance).")
     return checks.one_of(label, "field", name, known)
 
 

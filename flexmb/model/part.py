@@ -15,18 +15,8 @@ from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import (
-    AXES,
-    Attachment,
-    ConstraintContribution,
-    Contribution,
-    ControlContribution,
-    Coordinate,
-    ElementContribution,
-    Ends,
-    Node,
-    SignalContribution,
-)
+from flexmb.model import contributions as pieces
+from flexmb.model.contributions import AXES, Attachment, Contribution, Ends, Node, SignalContribution
 from flexmb.model.law import Law, Material, number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.model.signal import Signals
@@ -111,8 +101,7 @@ class Part(Input, Shown, ABC):
     def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
         """The part with the fraction `part` (0 to 1) of a follower load, in which its parameters are linear.
 
-        Static equilibrium increases follower loads by this fraction, other loads as forces of the reference
-        configuration.
+        Static equilibrium increases follower loads by it, other loads as forces of the reference configuration.
         """
         return self
 
@@ -129,8 +118,7 @@ class Part(Input, Shown, ABC):
     @cached_property
     def all_materials(self) -> tuple[Material, ...]:
         """Materials among the fields of the part and of its laws."""
-        values = [getattr(self, field.name) for field in fields_of(type(self))]
-        return tuple(dict.fromkeys(_materials(values)))
+        return tuple(dict.fromkeys(_materials([getattr(self, field.name) for field in fields_of(type(self))])))
 
     @property
     def declared_load(self) -> float | None:
@@ -334,23 +322,20 @@ class Element(Part):
         return ()
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
-        p = self.parameters()
+        names, named = [f.name for f in fields(self) if isinstance(getattr(self, f.name), Part)], []
+        for text in self.coords:
+            words = text.split(".")
+            if len(words) not in (2, 3) or words[0] not in names or words[-1] not in AXES:
+                told = f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS"
+                raise InputError(f"{told} with FIELD in {names} and AXIS in {list(AXES)}.")
+            body = mechanism.body(getattr(self, words[0]).name, self.label)
+            node = body.main if len(words) == 2 else body.node(words[1]).name
+            named.append((body.name, node, AXES.index(words[-1])))
+        coordinates, p = tuple(named), self.parameters()
         others: dict[str, Any] = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
-        element = ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **others)
+        element = pieces.ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **others)
         own = [SignalContribution(self.name, name, unit, kernel, coordinates, p) for name, unit, kernel in self.signals]
         return [element, *own]
-
-    def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
-        words = text.split(".")
-        names = [f.name for f in fields(self) if isinstance(getattr(self, f.name), Part)]
-        if len(words) not in (2, 3) or words[0] not in names or words[-1] not in AXES:
-            raise InputError(
-                f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS "
-                f"with FIELD in {names} and AXIS in {list(AXES)}."
-            )
-        body = mechanism.body(getattr(self, words[0]).name, self.label)
-        return body.name, body.main if len(words) == 2 else body.node(words[1]).name, AXES.index(words[-1])
 
 
 @record
@@ -384,7 +369,7 @@ class Joint(Part):
             at = (node.x, node.y)
         return Ends(first.attach(self.label, at), second.attach(self.label, at))
 
-    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:  # noqa: ARG002 - not every joint
+    def drive_contribution(self, mechanism: Mechanism) -> pieces.ConstraintContribution | None:  # noqa: ARG002 - not every joint
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
         return None
 
@@ -468,7 +453,7 @@ class Controller(Part):
     """Base of parts that compute the factors of loads from signals."""
 
     @abstractmethod
-    def control(self) -> ControlContribution:
+    def control(self) -> pieces.ControlContribution:
         """Law, inputs, states and outputs."""
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - the same in all
@@ -488,7 +473,7 @@ class Controller(Part):
             load = mechanism.find(name)
             found = [] if isinstance(load, Controller) else list(load.contributions(mechanism))
             forces = [one for one in found if not isinstance(one, SignalContribution)]
-            element = forces[0] if len(forces) == 1 and isinstance(forces[0], ElementContribution) else None
+            element = forces[0] if len(forces) == 1 and isinstance(forces[0], pieces.ElementContribution) else None
             if element is None or element.energy is not None:
                 text = f"{self.label}: {load.label} cannot be controlled"
                 remedy = "give a Force or a Torque, whose value per unit of the output it holds"

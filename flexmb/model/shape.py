@@ -183,7 +183,6 @@ class LateShapes(Sequence[Shape]):
 
 SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"  # kinds of lines between two points
 MARKER, TRACE = "marker", "trace"  # kinds of points that are no joints: a marker, and a marker whose path is drawn
-
 KINDS: dict[str, type[Shape]] = {
     "rigid": RigidShape, "beam": BeamShape, "mesh": MeshShape, "point": PointShape, "line": LineShape,
     "arrow": ArrowShape, "circle": CircleShape, "belt": BeltShape,

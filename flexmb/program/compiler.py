@@ -23,8 +23,6 @@ from flexmb.program.numbering import Numbering, aliases, state_coordinates
 from flexmb.program.program import Program, ReferenceConfiguration
 from flexmb.program.structure import flat, numbers, structure_of
 
-# Check of kernels: one call of each in plain Python, with errors that name part and kernel
-
 # Numbers that a kernel returns, by contract; others write to arrays.
 RETURNED = dict.fromkeys(("energy", "account", "normal", "friction", "motion"), 3)
 RETURNED |= {"damping": 2, "signal": 1, "extremum": 2}
@@ -76,9 +74,7 @@ def _kernels_of(contribution: Any) -> list[KernelCall]:
         found = [(contribution.kernel, contribution.p, contribution.history, "element")]
         if contribution.energy is not None:
             found.append((contribution.energy, contribution.p, (), "element"))
-        found += [
-            (kernel, contribution.p, contribution.history, "element") for kernel in contribution.short_ways if kernel
-        ]
+        found += [(way, contribution.p, contribution.history, "element") for way in contribution.short_ways if way]
         return found if contribution.factor is None else [*found, _law(contribution.factor)]
     if isinstance(contribution, model.ConstraintContribution):
         motions = [_law(row.motion) for row in contribution.motions]
@@ -307,11 +303,9 @@ def period_of(row: model.RowMotion) -> float | None:
 def chosen_contributions(
     contributions: model.Contributions, *, closed: bool, start: bool, controlled: bool = False, touching: bool = False
 ) -> model.Contributions:
-    """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
-
-    Controls and their loads have no part in closed loops and start velocities, nor have contacts and their friction;
-    `touching` keeps the ones that no ideal joint replaces, and the friction of the ideal joints.
-    """
+    """The contributions in motion: with ideal joints for contacts, no controls (`closed`); for start values."""
+    # Controls and their loads have no part in closed loops and start velocities, nor have contacts and their friction;
+    # `touching` keeps the ones that no ideal joint replaces, and the friction of the ideal joints.
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple([c for c in contributions.constraints if c.holds in holding])
     if not closed:
@@ -332,8 +326,7 @@ def chosen_contributions(
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
     """Reference configuration with start displacements, declared velocities, and histories at the start."""
     # A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
-    q, v = number.pose(), np.full(number.n_q, np.nan)
-    owner = np.zeros(number.n_q, dtype=np.int64)
+    q, v, owner = number.pose(), np.full(number.n_q, np.nan), np.zeros(number.n_q, dtype=np.int64)
     for k, body in enumerate(mechanism.bodies):
         first, last = number.of_body[body.name]
         owner[first:last] = k

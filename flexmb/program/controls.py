@@ -74,7 +74,20 @@ def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str,
         return contributions
     finder = _Finder(contributions, number, aliases)
     found: dict[str, WiredControl] = {}
-    for control in _ordered(contributions.controls, finder):
+    # In the order of evaluation: sampled ones first, then each after the controls whose outputs it reads
+    ordered = [control for control in contributions.controls if control.sample is not None]
+    left = [control for control in contributions.controls if control.sample is None]
+    while left:
+        names = {control.part for control in left}
+        ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
+        if not ready:
+            outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
+            text = f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same"
+            text += " instant: an algebraic loop."
+            raise ModelError(f"{text} Give one of the controllers sample=, or read a state in place of an output.")
+        ordered += ready
+        left = [control for control in left if control not in ready]
+    for control in ordered:
         sources = () if control.is_sampled else tuple(finder.sources(control, found))
         loads = [finder.loads[name] for name in control.loads]
         none: list[tuple[Coordinate, ...]] = [()] * (len(control.outputs) - len(loads))
@@ -108,8 +121,7 @@ class _Finder:
         pairs = ((c.part, zip(c.states, state_coordinates(c), strict=False)) for c in controls)
         self.states = {f"{part}.{name}": Source(tables.VELOCITY, (x,)) for part, own in pairs for name, x in own}
         self.loads = {element.part: element.coordinates for element in contributions.elements}
-        self.pose = number.pose()
-        self.number = number
+        self.pose, self.number = number.pose(), number
 
     def name(self, wanted: str) -> str:
         """The name of a signal, by itself or by an alias."""
@@ -144,10 +156,8 @@ class _Finder:
             text = f"{control.label}: input {wanted!r} is the largest of many values, whose place jumps"
             return ModelError(f"{text}. Give sample=, so that the controller reads it at instants.")
         text = f"{control.label}: input {wanted!r} is no function of positions and velocities alone"
-        return ModelError(
-            f"{text} (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so "
-            "that the controller reads it at instants, or measure a position or a velocity."
-        )
+        text += " (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so that"
+        return ModelError(f"{text} the controller reads it at instants, or measure a position or a velocity.")
 
     def _needs_acceleration(self, source: Source) -> bool:
         """Whether a signal kernel gives other values for other accelerations, at a few states."""
@@ -162,24 +172,6 @@ class _Finder:
             if values[0] != values[1]:
                 return True
         return False
-
-
-def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list[ControlContribution]:
-    """Controls in the order of evaluation: sampled ones first, then each after the controls whose outputs it reads."""
-    found = [control for control in controls if control.sample is not None]
-    left = [control for control in controls if control.sample is None]
-    while left:
-        names = {control.part for control in left}
-        ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
-        if not ready:
-            outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
-            raise ModelError(
-                f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant: "
-                "an algebraic loop. Give one of the controllers sample=, or read a state in place of an output."
-            )
-        found += ready
-        left = [control for control in left if control not in ready]
-    return found
 
 
 def _read_outputs(control: ControlContribution, finder: _Finder) -> Iterator[tuple[str, str]]:

@@ -31,8 +31,6 @@ from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signals
 from flexmb.program.numbering import UNUSED
 
-# Flat arrays of a program for the compiled loop
-
 BEGIN, END = range(2)  # columns of pairs
 FIRST, SECOND = range(2)  # columns of `Measured.angle`
 MULTIPLIED, ADDED, SUBTRACTED = range(3)  # uses of a factor in a signal, as in `contributions.USES_OF_FACTOR`
@@ -131,8 +129,7 @@ class Measured(Record):
     angle_out: Integers  # (m,) signal of the rotation, before that of its rate
 
 
-# Values of `Elements.factor` of an element without a factor, and of one whose factor is the first output of a control.
-# Output k is FIRST_OUTPUT - k.
+# `Elements.factor` without a factor, and with the first output of a control as a factor; output k: FIRST_OUTPUT - k.
 NO_FACTOR, FIRST_OUTPUT = -1, -2
 # Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers.
 SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END = range(4)
@@ -343,11 +340,9 @@ class Program:
 
     @cached_property
     def fingerprint(self) -> np.ndarray:
-        """Digests (3, 8) of names and kernels, of all numbers, of wiring: restarts fit programs of equal fingerprints.
-
-        Wiring is what acts on what, and when: all places in the tables, but for those in the matrix, and the sampled
-        controls.  Kernels of users count by their source, too, and in the wiring by all values that they name.
-        """
+        """Digests (3, 8) of names and kernels, all numbers, wiring: restarts fit programs of equal fingerprints."""
+        # Wiring is what acts on what, and when: all places in the tables, but for those in the matrix, and the sampled
+        # controls. Kernels of users count by their source, too, and in the wiring by all values that they name.
         kernels = [k for group in self.kernels for k in group]
         words = (*self.names.coordinates, *self.names.rows, *self.names.contacts, *(k.identity for k in kernels))
         arrays = self.tables.p, self.reference.q, self.reference.z
@@ -457,8 +452,7 @@ def freeze(value: Any) -> None:
 def body_groups(program: Program) -> np.ndarray:
     """Number of the group of each coordinate, (n_q + 3,); -1: the ground.  Each state of a control is of group 0."""
     # The motion of one group does not depend on that of another, unless a control reads it.
-    T, n_b = program.tables, program.tables.sizes.n_b
-    label = np.arange((program.n_q + 3) // 3)
+    T, n_b, label = program.tables, program.tables.sizes.n_b, np.arange((program.n_q + 3) // 3)
     pieces = [(T.elements.dof, T.elements.dofs), (T.constraints.dof, T.constraints.dofs)]
     pieces.append((np.arange(0, len(T.contacts.dofs) + 1, 6), T.contacts.dofs))
     ends = []  # nodes that follow one another in the coordinates of a piece, without ground and states of controls

@@ -40,6 +40,7 @@ def numbers(contributions: Contributions) -> Listed:
     """Numbers p and start histories z of all parts, in the one order of the tables, of structures, and of p and z."""
     elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
     rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
+    wired = [(c.p, *(one.motion.parameters() if one.motion else one.p for one in c.sources)) for c in controls]
     p: NumberLists = {
         "element": [e.p for e in elements],
         "factor": [e.factor.parameters() if e.factor else () for e in elements],
@@ -51,11 +52,7 @@ def numbers(contributions: Contributions) -> Listed:
         "contact": [own for c in contacts for own in (c.p, c.normal.parameters(), c.friction.parameters())],
         "signal": [signal.p for signal in contributions.signals],
         "angle": [angle.p for angle in contributions.angles],
-        "control": [
-            own
-            for c in controls
-            for own in (c.p, *(one.motion.parameters() if one.motion else one.p for one in c.sources))
-        ],
+        "control": [*chain.from_iterable(wired)],
     }
     z: NumberLists = {
         "element": [e.history for e in elements],
@@ -185,8 +182,7 @@ class Packer:
         rows = Lists(self.row, number.n_q + np.arange(self.n_c))
         in_g, in_h = zeros_of_constraints(contributions.constraints)
         self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs)).without(in_g)
-        whole = self.square(self.constraint_dofs)
-        kept = np.flatnonzero(~in_h)
+        whole, kept = self.square(self.constraint_dofs), np.flatnonzero(~in_h)
         ends = np.searchsorted(kept, whole.ptr)
         self.h_blocks = Blocks(ends, whole.rows[kept], whole.columns[kept])
         self.h_entries = kept - np.repeat(whole.ptr[:-1], np.diff(ends))
@@ -394,8 +390,7 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
 REMEMBERED_STRUCTURES = 16  # number of remembered structures; a mechanism has two, one in motion and one for its start
 REMEMBERED_UNKNOWNS = 50_000  # number of unknowns of all remembered structures but the latest: some hundred megabytes
 FIELDWISE_FROM = 100  # number of contributions above which their keys are read field by field, which is faster
-# Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all; on floats
-# it does not depend either.
+# Fields of contributions on whose length alone a structure depends, which `numbers` knows, if at all; not on floats.
 NUMBERS = ("p", "history", "start", "sample")
 # Fields of names and whole numbers, which are part of the key.
 NAMES = frozenset(
@@ -493,8 +488,7 @@ def new_structure(contributions: Contributions, number: Numbering, listed: Liste
     widest = max([len(contribution.coordinates) for contribution in read], default=1)
     rows = max([c.rows for c in contributions.constraints], default=1)
     rubs = any(c.joint_friction is not None for c in contributions.constraints)
-    signals = len(places.signals), places.energy
-    sizes = Sizes(number.n_q, number.n_b, packer.n_c, len(z), *signals, widest, rows, rubs)
+    sizes = Sizes(number.n_q, number.n_b, packer.n_c, len(z), len(places.signals), places.energy, widest, rows, rubs)
     in_order = np.arange(number.n_q)
     kind = ((in_order % 3 == 2) & (in_order < number.n_b)).astype(np.int64)
     tables = Tables(sizes, p, elements, constraints, contacts, measured, controls, kind)

@@ -25,10 +25,7 @@ from flexmb.results.solution import Peaks, Solution
 if TYPE_CHECKING:
     from flexmb.run.run import Run
 
-# Restart of a run: the state of one mechanism is refused by another one
-
 MODEL = "model"  # name of the fingerprint of the program in a restart
-
 # What differs, by the row of the fingerprint.
 DIFFERENCES = (
     "names or kernels of its parts differ",
@@ -83,8 +80,7 @@ class Checkpoints:
             text = f"checkpoint: the path is {str(path)!r}, {'a folder' if str(path) else 'empty'}"
             raise InputError(f"{text}. Give a file, such as run.checkpoint.nc.")
         self.command, self.model = dict(command), dict(model)
-        self.last = time.monotonic()
-        self.failure = ""
+        self.last, self.failure = time.monotonic(), ""
 
     def after_block(self, run: Run) -> None:
         """Write a checkpoint if it is time; a file that cannot be written is noted, and the run goes on."""

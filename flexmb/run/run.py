@@ -89,8 +89,6 @@ class Interruption:
             raise KeyboardInterrupt("" if number == KEYBOARD else f"Ended by {signal.Signals(number).name}")
 
 
-# Limits of the steps of a run, from mechanism, method and span
-
 LEAST_STEP = 16.0  # smallest step by default over the round-off of the time
 # Fixed steps in a cycle: with so few, or fewer, another motion is seen; with fewer than these, a finding tells it.
 LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
@@ -174,7 +172,6 @@ def uncomputed_signals(run: Run) -> Iterator[Finding]:
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 BLOCK_SECONDS = 0.2  # processor time of a block of steps [s], after which the progress bar moves
 FIRST_BLOCK_UPDATES = 20_000  # number of unknowns times steps of the first block, some ten milliseconds
-
 # Tolerance of Newton's corrections relative to h^2 |a|.
 # Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
 # `CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.

@@ -1,6 +1,6 @@
 """Sampled controllers: `Run` stops at each of `Program.instants` and calls `act`.
 
-In between `hold_outputs` of engine/system/elements.py keeps their outputs.
+In between `evaluate_controls` of engine/system/elements.py keeps their outputs.
 """
 
 from collections.abc import Sequence
@@ -15,22 +15,35 @@ from flexmb.program.program import Sampler
 MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
 
 
-def act(
-    samplers: Sequence[Sampler], instant: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False
-) -> None:
+def act(samplers: Sequence[Sampler], time: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False) -> None:
     """Let the sampled controllers of a mechanism act at one of their instants."""
     # All read the same signals, so that the order of several controllers does not matter. A state x becomes x + sample
     # dx; outputs are held until the next instant. Signals (n_y,) are those just before the instant [s]; histories z
     # (n_z,) are changed in place. With `every` all controllers act, for the start of a run. A law that raises, or gives
     # numbers that are not finite, is a `KernelError` with controller, time, inputs.
-    acting = [sampler for sampler in samplers if every or sampler.acts_at(instant)]
-    if every:
-        for sampler in acting:
-            _settle(sampler, instant, signals, z)
+    acting = [sampler for sampler in samplers if every or sampler.acts_at(time)]
+    for sampler in acting if every else ():
+        # States that begin where their rates are 0, by Newton's method with differences.
+        own, u = list(sampler.settled), _inputs(sampler, time, signals)
+        x = z[sampler.z : sampler.z + sampler.states]  # a view
+        for _ in range(MOST_ITERATIONS if own else 0):
+            rate, slopes = _law(sampler, time, u, x)[0][own], []
+            for k in own:
+                shift, other = DIFFERENCE * max(abs(x[k]), 1.0), x.copy()
+                other[k] += shift
+                slopes.append((_law(sampler, time, u, other)[0][own] - rate) / shift)
+            change = np.linalg.lstsq(np.array(slopes).T, rate, rcond=None)[0]
+            x[own] -= change
+            if np.abs(change).max() <= SETTLED * np.abs(x[own]).max():
+                break
+        else:
+            if own:
+                text = f"controller {sampler.name!r}: no start values of its states number {own} make their rates 0"
+                raise KernelError(f"The {text}. Give start values.")
     histories = []
     for sampler in acting:
         x = z[sampler.z : sampler.z + sampler.states].copy()
-        dx, y = _law(sampler, instant, _inputs(sampler, instant, signals), x)
+        dx, y = _law(sampler, time, _inputs(sampler, time, signals), x)
         histories.append(np.concatenate([x + sampler.sample * dx, y]))
     for sampler, history in zip(acting, histories, strict=True):
         z[sampler.z : sampler.z + len(history)] = history
@@ -48,26 +61,6 @@ def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.n
         return dx, y
     text = f"The law {sampler.kernel.name!r} of controller {sampler.name!r} {reason},"
     raise KernelError(f"{text} at t = {t:.6g} s with the inputs u = {u.tolist()} and the states x = {x.tolist()}.")
-
-
-def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> None:
-    """Set the states that begin where their rates are 0, by Newton's method with differences."""
-    own, u = list(sampler.settled), _inputs(sampler, t, signals)
-    x = z[sampler.z : sampler.z + sampler.states]  # a view
-    for _ in range(MOST_ITERATIONS if own else 0):
-        rate = _law(sampler, t, u, x)[0][own]
-        slopes = []
-        for k in own:
-            shift, other = DIFFERENCE * max(abs(x[k]), 1.0), x.copy()
-            other[k] += shift
-            slopes.append((_law(sampler, t, u, other)[0][own] - rate) / shift)
-        change = np.linalg.lstsq(np.array(slopes).T, rate, rcond=None)[0]
-        x[own] -= change
-        if np.abs(change).max() <= SETTLED * np.abs(x[own]).max():
-            return
-    if own:
-        text = f"controller {sampler.name!r}: no start values of its states number {own} make their rates 0"
-        raise KernelError(f"The {text}. Give start values.")
 
 
 def _inputs(sampler: Sampler, t: float, signals: np.ndarray) -> np.ndarray:

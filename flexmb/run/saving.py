@@ -39,7 +39,17 @@ def save_grid(label: str, save: Any, period: float | None, begin: float, end: fl
     if isinstance(save, str):
         raise InputError(f"{label}: save is {save!r}; it must be a number of instants, an interval [s] or 'steps'.")
     if isinstance(save, Iterable) and np.ndim(save):  # type: ignore[arg-type] # arrays without dimensions are numbers
-        return _given(label, checks.sequence(label, "save", save, "times [s]"), max(begin, begun), end)
+        given, first = checks.sequence(label, "save", save, "times [s]"), max(begin, begun)
+        times = np.array([checks.number(label, f"save[{k}]", t, "s") for k, t in enumerate(given)])
+        gaps, slack = np.diff(times), SAME_TIME * end
+        if not len(times):
+            raise InputError(f"{label}: save holds no times; give some, or save no signals: signals=[].")
+        if (gaps <= 0.0).any():
+            k = int(np.argmin(gaps)) + 1
+            raise InputError(f"{label}: save[{k}] is {times[k]:g} s after {times[k - 1]:g} s; times must increase.")
+        for wrong in times[(times < first - slack) | (times > end + slack)]:
+            raise InputError(f"{label}: save holds {wrong:g} s; its times must lie from {first:g} to {end:g} s.")
+        return SaveGrid(float(gaps.min(initial=end - first)), np.clip(times, first, end))
     if isinstance(save, Real) and not isinstance(save, Integral):
         interval = checks.positive(label, "save", save, "s", "An interval of time; instants a period are an integer.")
         if interval > (span := end - max(begin, begun)):
@@ -49,20 +59,6 @@ def save_grid(label: str, save: Any, period: float | None, begin: float, end: fl
     hint = "It is a number of instants a period of the drives (without one: of the run), an interval [s] (a float), "
     number = checks.count(label, "save", save, hint=f"{hint}times [s] (a list), or 'steps' for all.")
     return SaveGrid((end - begin if period is None or period > end - begin else period) / number, none)
-
-
-def _given(label: str, given: tuple[Any, ...], begin: float, end: float) -> SaveGrid:
-    """Grid of given times."""
-    times = np.array([checks.number(label, f"save[{k}]", t, "s") for k, t in enumerate(given)])
-    gaps, slack = np.diff(times), SAME_TIME * end
-    if not len(times):
-        raise InputError(f"{label}: save holds no times; give some, or save no signals: signals=[].")
-    if (gaps <= 0.0).any():
-        k = int(np.argmin(gaps)) + 1
-        raise InputError(f"{label}: save[{k}] is {times[k]:g} s after {times[k - 1]:g} s; times must increase.")
-    for wrong in times[(times < begin - slack) | (times > end + slack)]:
-        raise InputError(f"{label}: save holds {wrong:g} s; its times must lie from {begin:g} to {end:g} s.")
-    return SaveGrid(float(gaps.min(initial=end - begin)), np.clip(times, begin, end))
 
 
 def start_saving(run: Run, saving: float) -> None:

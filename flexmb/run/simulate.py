@@ -312,7 +312,6 @@ def start_at_rest(
     """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already."""
     # `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
     # `closed` is the program with ideal joints for contacts.
-
     if not isinstance(start, Equilibrium) and not (isinstance(start, str) and start == EQUILIBRIUM):
         text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
         raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")
@@ -442,22 +441,16 @@ def steps(
     method, chosen, program, closed = prepared(label, mechanism, method, step, redundant)
     period = period_or_none(program) if any(p is not None for p in program.periods) else None
     end = np.inf if t_end is None else check_end(label, t_end)
-    run = Run(program, method, chosen, _span(label, chosen, end, period), period, mechanism=mechanism)
+    span = end if end < np.inf else period  # by which the largest step is chosen
+    if span is None:
+        largest = chosen.size if isinstance(chosen, FixedStep) else chosen.max
+        if largest is None:
+            text = f"{label}: there is no t_end, and the drives have no common period that says how long steps may be"
+            raise InputError(f"{text}. Give t_end=, step=Adaptive(max=...) or a fixed step.")
+        span = float(1e3 * largest)
+    run = Run(program, method, chosen, span, period, mechanism=mechanism)
     begin_or_resume(run, mechanism, closed, label, restart, redundant, end)
     return _taken(run, end)
-
-
-def _span(label: str, step: Any, end: float, period: float | None) -> float:
-    """Time by which the largest step is chosen [s]."""
-    if end < np.inf:
-        return end
-    if period is not None:
-        return period
-    largest = step.size if isinstance(step, FixedStep) else step.max
-    if largest is None:
-        text = f"{label}: there is no t_end, and the drives have no common period that says how long steps may be"
-        raise InputError(f"{text}. Give t_end=, step=Adaptive(max=...) or a fixed step.")
-    return float(1e3 * largest)
 
 
 def _taken(run: Run, end: float) -> Iterator[StepState]:

@@ -95,7 +95,12 @@ class StopConditions:
             if not isinstance(one, Condition):
                 text = f"{label}: stop holds {one!r}; it must be a condition"
                 raise InputError(f"{text}, e.g. fm.when('slider.x', above=0.1), or a list of conditions.")
-            places = watched_places(one, names)
+            place = names.signals.places.get(resolved(one.signal, names.signals, names.aliases))
+            places = [] if place is None else [place]
+            if place is None and one.signal.endswith(f".{PENETRATION}"):  # those of all contacts of a part
+                part = one.signal.removesuffix(PENETRATION)
+                own = [name for name in names.signals.names if name.startswith(part)]
+                places = [names.signals.places[name] for name in own if name.rpartition(".")[2] == PENETRATION]
             if not places:
                 text = f"{label}: stop asks for {one.text!r}, but there is no signal {one.signal!r}"
                 raise InputError(f"{text}. {hint(one.signal, names.signals, names.aliases)}")
@@ -146,17 +151,6 @@ class StopConditions:
         return float(sign * (signals[self.places[number]] - level))
 
 
-def watched_places(condition: Condition, names: Names) -> list[int]:
-    """Places of the signals of a condition: one, or the penetrations of all contacts of a part; none if unknown."""
-    signals = names.signals
-    place = signals.places.get(resolved(condition.signal, signals, names.aliases))
-    if place is not None:
-        return [place]
-    part, _, signal = condition.signal.rpartition(".")
-    own = [name for name in signals.names if name.startswith(f"{part}.") and name.rpartition(".")[2] == signal]
-    return [signals.places[name] for name in own] if signal == PENETRATION else []
-
-
 class Snapshot:
     """State of a run with empty buffers between two blocks of steps, to which the run can return."""
 
@@ -202,8 +196,7 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
         code = take(run, end, interval, steps - int(run.record.count.steps))
         if code not in (RUNNING, BUFFER_FULL):
             return code
-    before = Snapshot(run)
-    begun_at, start = float(run.flow.clock.t), run.record.signals.copy()
+    before, begun_at, start = Snapshot(run), float(run.flow.clock.t), run.record.signals.copy()
 
     def excess(t: float) -> float:
         """Excess of condition `number` at the end of steps from the state before to the time t."""

@@ -70,9 +70,16 @@ def geometric_stiffness(
     slope = slope / (12.0 * h) + by_contacts
     if not size:
         return slope.tocsc()
-    turned = _turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)
-    bodies = [body for body in mechanism.bodies if isinstance(body, Reduced)]
-    return sum((_bent(body, program, q, u, h) for body in bodies), slope - turned).tocsc()
+    bent = sp.lil_matrix((program.n_q, program.n_q))
+    # A'^T K A + A^T K A' of each reduced body: A, its deformations by its coordinates, and the slope A'
+    for body in (one for one in mechanism.bodies if isinstance(one, Reduced)):
+        nodes, K = body.element.nodes, body.element.matrices["K"]
+        first = program.names.coordinates.index(f"{body.name}.{nodes[0].name}.x")
+        own = slice(first, first + COORDINATES * len(nodes))
+        ahead, behind = (_deformations(body.element, q[own] + step * u[own]) for step in (h, -h))
+        half = _deformations(body.element, q[own]).T @ K @ (ahead - behind) / (2.0 * h)
+        bent[own, own] = half + half.T
+    return (slope - (_turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)) - bent).tocsc()
 
 
 def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
@@ -123,8 +130,7 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     length, none = np.hypot(dx, dy), np.zeros(len(own))
     c, s = dx / length, dy / length
     along, turn = np.stack([-c, -s, none, c, s, none], 1), np.stack([s, -c, none, -s, c, none], 1) / length[:, None]
-    first, second = np.eye(6)[2] - turn, np.eye(6)[5] - turn
-    alpha = np.arctan2(dy, dx)
+    first, second, alpha = np.eye(6)[2] - turn, np.eye(6)[5] - turn, np.arctan2(dy, dx)
     bent = [np.remainder(place[:, k] - alpha + p[offset] + np.pi, 2.0 * np.pi) - np.pi for k, offset in ENDS]
 
     def by_bowing(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
@@ -141,18 +147,6 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     blocks += blocks.transpose(0, 2, 1)
     rows, columns = np.repeat(dofs, 6, axis=1), np.tile(dofs, (1, 6))
     return sp.csc_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(program.n_q, program.n_q))
-
-
-def _bent(body: Reduced, program: Program, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
-    """-(A'^T K A + A^T K A') of a reduced body (n_q, n_q): A, its deformations by its coordinates, and the slope A'."""
-    nodes, K = body.element.nodes, body.element.matrices["K"]
-    first = program.names.coordinates.index(f"{body.name}.{nodes[0].name}.x")
-    own = slice(first, first + COORDINATES * len(nodes))
-    ahead, behind = (_deformations(body.element, q[own] + h * u[own]) for h in (stride, -stride))
-    half = _deformations(body.element, q[own]).T @ K @ (ahead - behind) / (2.0 * stride)
-    found = sp.lil_matrix((program.n_q, program.n_q))
-    found[own, own] = -(half + half.T)
-    return found.tocsc()
 
 
 def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
@@ -246,8 +240,7 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`."""
     # The factor is inf where the stiffness against the shape does not fall. The movement is the largest rotation [rad]
     # or displacement over the size of the mechanism. Both are nan without an equilibrium.
-    program, s = path.program, 0.5 * factor
-    start = path.start[0]
+    program, s, start = path.program, 0.5 * factor, path.start[0]
     try:
         K, G = path.tangent(*path.start, 0.0)
         pushed, found = K @ shape, path.equilibrium(s)
@@ -383,7 +376,13 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
     refuse_controllers(mechanism, "buckling", "loads that depend on the motion have no factor at which they buckle")
-    bare = unloaded(mechanism)
+    kept = []  # without loads, which are no bodies and have elements that keep no energy beside signals
+    for part in mechanism.parts:
+        given = () if isinstance(part, Body) else mechanism.contributions_of(part)
+        forces = [one for one in given if not isinstance(one, SignalContribution)]
+        if not forces or any(not isinstance(one, ElementContribution) or one.energy is not None for one in forces):
+            kept.append(part)
+    bare = mechanism.with_loads(kept, (0.0, 0.0))
     program, loaded = (compile_mechanism(m, closed=True, touching=True) for m in (bare, mechanism))
     system = StateEvaluation(program)
     force, K_load = _loads(system, StateEvaluation(loaded), np.array(program.reference.q))
@@ -433,26 +432,14 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
     return q, np.zeros(program.n_c)
 
 
-def unloaded(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without gravity and without loads: no bodies, with elements that keep no energy beside signals."""
-    kept = []
-    for part in mechanism.parts:
-        found = () if isinstance(part, Body) else mechanism.contributions_of(part)
-        forces = [one for one in found if not isinstance(one, SignalContribution)]
-        if not forces or any(not isinstance(one, ElementContribution) or one.energy is not None for one in forces):
-            kept.append(part)
-    return mechanism.with_loads(kept, (0.0, 0.0))
-
-
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes by a dense eigensolver on the null space of G."""
     Z = null_space(G.toarray())
     k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
     if np.abs(k_path - k_path.T).max(initial=0.0) > ASYMMETRY * np.abs(k_path).max(initial=0.0):
-        raise InputError(
-            f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
-            f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
-        )
+        text = f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric"
+        text += " and it may flutter before it buckles."
+        raise InputError(f"{text} Use modes(at=static_equilibrium(...)) at growing loads.")
     try:
         inverse, y = scipy.linalg.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)
     except scipy.linalg.LinAlgError as error:
@@ -463,8 +450,7 @@ def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[n
 
 def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes from the largest eigenvalues of -K^-1 dK/ds with G x = 0."""
-    n, m = K.shape[0], G.shape[0]
-    scale, order = abs(K).max(), program.symbolic.order
+    n, m, scale, order = K.shape[0], G.shape[0], abs(K).max(), program.symbolic.order
     solve = solver(sp.block_array([[K / scale, G.T], [G, None]]).tocsc(), order)
 
     def held(force: np.ndarray) -> np.ndarray:

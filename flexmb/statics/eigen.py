@@ -16,8 +16,7 @@ from flexmb.statics.start.assemble import RigidMotion
 
 DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
 DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)
-# Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
-# round-off.
+# Entry of a constraint row on bodies, over the sum of the absolute values of its terms, below which it is round-off.
 ROW_ROUND_OFF = 1e-14
 FREE_FORCE = 1e-13  # force of a free motion relative to the sum of the absolute values of its terms
 STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative to the largest entry of its node
@@ -223,8 +222,7 @@ def _refined(k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray) -
     largest = squares[-1]
     slow = int((squares < SLOW * largest).sum())
     try:
-        factor = scipy.linalg.cho_factor(k)
-        x = y[:, :slow]
+        factor, x = scipy.linalg.cho_factor(k), y[:, :slow]
         for _ in range(3):
             mx = m @ x
             x = scipy.linalg.cho_solve(factor, mx)
@@ -274,8 +272,7 @@ def _with_copies(A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted
     # repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
     n, size = M.shape[0], A.shape[0]
     solve = solver((A - shift * B).tocsc(), order)
-    squares, X = np.zeros(0), np.zeros((n, 0))
-    count = wanted
+    squares, X, count = np.zeros(0), np.zeros((n, 0)), wanted
     while not len(squares) or len(squares) + count < n - (size - n):
 
         def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
@@ -344,17 +341,14 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> E
     except RuntimeError as error:
         text = "the stiffness is singular: hold the motions that only dampers resist, or model fewer elements"
         raise SolveError(f"modes: {text} ({error}).") from error
-
     unit = 1.0
 
     def inverse(x: np.ndarray) -> np.ndarray:
         """Apply the inverse operator: 1/s times (y, s y/unit), y = -K^-1 (C y + M (s y)) on the null space of G."""
-        load = C @ x[:n] + unit * (M @ x[n:])
-        return np.concatenate([-lu.solve(np.append(load, np.zeros(m)))[:n], x[:n] / unit])
+        return np.concatenate([-lu.solve(np.append(C @ x[:n] + unit * (M @ x[n:]), np.zeros(m)))[:n], x[:n] / unit])
 
     y = inverse(np.append(np.zeros(n), np.cos(np.arange(n) ** 2.0)))[:n]  # nearly a shape of the lowest |s|, the unit
     unit = np.sqrt(np.linalg.norm(y) / np.linalg.norm(inverse(np.append(np.zeros(n), y))[:n])) if y.any() else 1.0
-
     try:
         values, x = largest_of(inverse, 2 * n, 2 * count + 2)
     except (sp.linalg.ArpackNoConvergence, RuntimeError) as error:
@@ -430,24 +424,17 @@ def largest_of(operator: Solve, size: int, count: int) -> Eigenpairs:
                 raise
         least = np.sort(found)[-count] if len(found) else 0.0
         found = np.append(found, np.abs(more))
-        Q = scipy.linalg.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]
+        parts = np.hstack([x.real, x.imag])
+        for _ in range(2):  # twice: round-off of the first time
+            parts = parts - Q @ (Q.T @ parts)
+        U, sizes, _ = scipy.linalg.svd(parts, full_matrices=False)
+        Q = scipy.linalg.qr(np.hstack([Q, U[:, sizes > 1e-8 * sizes[0]]]), mode="economic")[0]
         if np.abs(more).max() <= least * (1.0 + 1e-9):
             break
     values, y = scipy.linalg.eig(Q.T @ np.column_stack([operator(q) for q in Q.T]))
     order = np.argsort(-np.abs(values), kind="stable")[:count]
     return values[order], Q @ y[:, order]
 
-
-def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
-    """Orthonormal real basis of complex vectors, orthogonal to Q."""
-    parts = np.hstack([x.real, x.imag])
-    for _ in range(2):  # twice: round-off of the first time
-        parts = parts - Q @ (Q.T @ parts)
-    U, sizes, _ = scipy.linalg.svd(parts, full_matrices=False)
-    return np.asarray(U[:, sizes > 1e-8 * sizes[0]])
-
-
-# Whether an equilibrium is stable: signs of the eigenvalues of its stiffness
 
 STIFFNESS_ASYMMETRY = 1e-9  # no potential: difference of stiffnesses off the diagonal, over the largest
 

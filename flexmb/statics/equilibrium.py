@@ -46,8 +46,7 @@ class Spin:
     def motion(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Velocities and accelerations (n_q + 3,) of coordinates q and of the ground, all turning with the frame."""
         pose = np.append(q, np.zeros(3)).reshape(-1, 3)
-        arm = pose[:, :2] - self.about
-        v, a = np.zeros_like(pose), np.zeros_like(pose)
+        arm, v, a = pose[:, :2] - self.about, np.zeros_like(pose), np.zeros_like(pose)
         v[:, 0], v[:, 1], v[:, 2] = -self.speed * arm[:, 1], self.speed * arm[:, 0], self.speed
         a[:, :2] = -(self.speed**2) * arm
         return v.ravel(), a.ravel()
@@ -125,22 +124,18 @@ class Equilibrium:
         return list(self.names)
 
     def __repr__(self) -> str:
-        reactions = [cut(f"  reactions: {', '.join(self._reactions())}")] if self.reactions else []
-        return "\n".join([self._title(), *reactions])
+        found = []
+        for joint, (fx, fy, moment) in self.reactions.items():
+            texts = [f"{force:.4g} N"] if (force := float(np.hypot(fx, fy))) or not moment else []
+            texts += [f"{moment:.4g} N m"] if moment else []
+            found.append(f"{joint} {' and '.join(texts)}")
+        return "\n".join([self._title(), *([cut(f"  reactions: {', '.join(found)}")] if found else [])])
 
     def _title(self) -> str:
         kind = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         spin = f", turning at {self.spin:.6g} rad/s" if self.spin else ""
         text = f"{counted(len(self.q), 'coordinate')}, {counted(self.iterations, 'Newton iteration')}"
         return f"Equilibrium ({kind}{spin}): {text}"
-
-    def _reactions(self) -> list[str]:
-        found = []
-        for joint, (fx, fy, moment) in self.reactions.items():
-            texts = [f"{force:.4g} N"] if (force := float(np.hypot(fx, fy))) or not moment else []
-            texts += [f"{moment:.4g} N m"] if moment else []
-            found.append(f"{joint} {' and '.join(texts)}")
-        return found
 
     def _repr_html_(self) -> str:
         rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
@@ -179,8 +174,7 @@ def left_out_texts(left_out: tuple[str, ...], remedy: str) -> list[str]:
 def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
     """Stiffness (n_q, n_q) by the normal forces that grow along displacements u (n_q,): -dN dJ_n/dq of each contact."""
     n, K = system.program.n_q, system.program.tables.contacts
-    moved, rows = np.append(u, np.zeros(3)), np.zeros((2, 6))
-    found = sp.lil_matrix((n + 3, n + 3))
+    moved, rows, found = np.append(u, np.zeros(3)), np.zeros((2, 6)), sp.lil_matrix((n + 3, n + 3))
     for k in np.flatnonzero(carries(system)):
         dofs, out = K.dofs[6 * k : 6 * k + 6], system.work.contact[k, :GAP_SIZE]
         jacobians(out, rows)
@@ -228,8 +222,7 @@ Solved = tuple[np.ndarray, np.ndarray, int, np.ndarray]
 def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> Solved | None:
     """Equilibrium under all loads after a motion with large viscosity from q (n_q,) on, or None."""
     # Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
-    # Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
-    # the nearest stationary point.
+    # Every stride decreases the potential: it ends in a stable equilibrium, Newton's method at any stationary one.
     n, length, size = program.n_q, program.length, program.sizes
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     lam = balancing(program, system, q, spin)
@@ -242,8 +235,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     unit = forces / length**2
     eta, before, moved = unit, np.inf, np.inf
     for _ in range(MOST_STRIDES):
-        viscosity = eta * (length / size) ** 2
-        found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
+        found = _stride(program, system, (q, lam), eta * (length / size) ** 2, diagonal, spin)
         if found is None or passes_through(system, q, found[0]):
             eta *= 4.0
             still = moved <= min(REST_STRIDE, max(before, STEP_ROUND_OFF))
@@ -270,8 +262,7 @@ def balancing(program: Program, system: StateEvaluation, q: np.ndarray, spin: Sp
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     scale, one = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)), sp.eye_array(program.n_q)
     bordered = sp.block_array([[one, G.T @ scale], [scale @ G, -INDEPENDENCE * sp.eye_array(len(none))]])
-    balanced = sp.linalg.splu(bordered.tocsc()).solve(np.append(-system.force, none))
-    return np.asarray(scale @ balanced[program.n_q :])
+    return np.asarray(scale @ sp.linalg.splu(bordered.tocsc()).solve(np.append(-system.force, none))[program.n_q :])
 
 
 def _stride(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -103,20 +103,15 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
         rows.append((q, v, a, reactions(program, system.at(q, v, a, lam, t=float(t)), q, lam, driving=True)))
     forces = {name: np.array([row[3][name] for row in rows]) for name in (rows[0][3] if rows else {})}
     q_all, v_all, a_all = (np.array([row[k] for row in rows]) for k in range(3))
-    names, findings = program.names, tuple(_findings(mechanism))
-    return DrivenMotion(instants, q_all, v_all, a_all, names.coordinates, names.aliases, forces, findings)
-
-
-def _findings(mechanism: Mechanism) -> Iterator[Finding]:
-    """Findings on contacts and elastic joints that ideal joints replace, and on friction laws with a history."""
-    given = mechanism.contributions()
-    ideal = tuple(dict.fromkeys(c.part for c in given.constraints if c.holds != "always"))
+    parts, findings, names = mechanism.contributions(), list[Finding](), program.names
+    ideal = tuple(dict.fromkeys(c.part for c in parts.constraints if c.holds != "always"))
     if ideal:
         text = f"Taken as ideal joints, which neither slip, yield nor lift off, and have no ends: {listed(ideal)}."
-        yield found("ideal-joints", ideal, f"{text} Where a run shows otherwise, its forces differ.")
-    rubbing = [(c.part, c.joint_friction.friction) for c in given.constraints if c.joint_friction]
-    rubbing += [(c.part, c.friction) for c in given.contacts]
+        findings.append(found("ideal-joints", ideal, f"{text} Where a run shows otherwise, its forces differ."))
+    rubbing = [(c.part, c.joint_friction.friction) for c in parts.constraints if c.joint_friction]
+    rubbing += [(c.part, c.friction) for c in parts.contacts]
     remembering = tuple(dict.fromkeys(part for part, law in rubbing if law.history()))
     if remembering:
         text = f"Friction of {listed(remembering)} follows from a history, of which single instants know nothing: it is"
-        yield found("unknown-history", remembering, f"{text} that of the start of a run.")
+        findings.append(found("unknown-history", remembering, f"{text} that of the start of a run."))
+    return DrivenMotion(instants, q_all, v_all, a_all, names.coordinates, names.aliases, forces, tuple(findings))

@@ -218,8 +218,7 @@ def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
     s, left, right = (x[..., s.imag > 0.0] for x in (s, left, right))
     rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
     eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
-    states = (Z @ right[len(k) :])[n_b:]
-    return s, 2.0 * np.abs(states * eta).T
+    return s, 2.0 * np.abs((Z @ right[len(k) :])[n_b:] * eta).T
 
 
 ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
@@ -250,9 +249,7 @@ class Modes:
     moves: tuple[str, ...] = field("(n,) coordinates that the modes move most, rotations times the size")
     eigenvalues: np.ndarray = field("(n,) complex s [1/s]: motions grow as exp(s t)")
     damping: np.ndarray = field("(n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0")
-    left_out: tuple[str, ...] = field(
-        "contacts without a part in these modes: all, about an equilibrium the open ones", default=()
-    )
+    left_out: tuple[str, ...] = field("contacts that take no part: all, about an equilibrium the open ones", default=())
 
     def shape(self, mode: int, name: str) -> float | complex:
         """Amplitude of a coordinate, `name` "rod.node3.y", in the `mode` of this number, from 0."""
@@ -384,19 +381,15 @@ def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:
     return found
 
 
-def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without gravity and forces, whose stiffness would need the forces of the joints, too."""
-    if not isinstance(mechanism, Mechanism):
-        return mechanism  # compile says what it is
-    controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
-    dead = {part.name for part in mechanism.parts if part.declared_load} - controlled
-    return mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
-
-
 def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
     """Program about the reference configuration, bare, or about an equilibrium, also of ideal joints, with loads."""
     if at is None:
-        return compile_mechanism(_without_dead_loads(mechanism), closed=True, controlled=True)
+        if isinstance(mechanism, Mechanism):  # else compile says what it is
+            # Gravity and forces are left out: their stiffness would need the forces of the joints, too.
+            controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
+            dead = {part.name for part in mechanism.parts if part.declared_load} - controlled
+            mechanism = mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
+        return compile_mechanism(mechanism, closed=True, controlled=True)
     program = compile_mechanism(mechanism)
     ideal = any(c.holds == "closed" for c in mechanism.contributions().constraints)
     if ideal and (len(at.q), len(at.lam)) != (program.n_q, program.n_c):

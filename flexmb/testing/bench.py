@@ -1,7 +1,5 @@
 """Test bench for the kernels of a part: random states, differences with their errors, reports."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
@@ -27,9 +25,8 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     # Each halving of the step is extrapolated (errors in h^2, h^4, ...). The result is the value that differs least
     # from its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.
     # The function of one number gives an array of any shape, and may change over the length `scale` > 0; `noise` is the
-    # round-off of its values beyond that of their own size.
-    # Source: C. J. F. Ridders, Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982)
-    # 75-76.
+    # round-off of its values beyond that of their own size. Source: C. J. F. Ridders, Accurate computation of F'(x) and
+    # F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76.
     best: Any = None
     uncertain: Any = np.inf
     before: list[np.ndarray] = []
@@ -37,8 +34,7 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     blurred: Any = 0.0
     for k in range(STEPS):
         h = scale / 8.0 / 2.0**k
-        upper, lower = np.asarray(function(x + h)), np.asarray(function(x - h))
-        span = (x + h) - (x - h)
+        upper, lower, span = np.asarray(function(x + h)), np.asarray(function(x - h)), (x + h) - (x - h)
         row = [(upper - lower) / span]
         for order, older in enumerate(before[:ORDERS], 1):
             factor = 4.0**order
@@ -76,8 +72,6 @@ def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.
     return np.stack([c for c, _ in columns], axis=-1), np.stack([u for _, u in columns], axis=-1)
 
 
-# A kernel under test, with checks of every call
-
 RESULTS = {  # names of returned numbers by contract; other kernels write to arrays
     "energy": ("strain", "gravity", "damping"), "account": ("strain", "gravity", "damping"),
     "normal": ("N", "dN_dgap", "dN_drate"), "friction": ("T", "dT_dslip", "dT_dN"),
@@ -95,8 +89,7 @@ class TestedKernel:
     """A kernel with the parameters p of a part; `owner` for messages, `shapes` of its output arrays by name."""
 
     def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
-        self.kernel, self.shapes = kernel, shapes
-        self.p = np.array(p, dtype=float)
+        self.kernel, self.shapes, self.p = kernel, shapes, np.array(p, dtype=float)
         self.label = f"{owner}: {kernel.contract.name} kernel {kernel.name!r}"
 
     def __call__(self, state: State) -> Values:
@@ -109,9 +102,8 @@ class TestedKernel:
 
     def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
         """Outputs at a state, after the checks of a single call."""
-        # Round-off is related to `sizes` of outputs by name; other outputs: their own size. A `KernelError` tells a
-        # call that fails or changes its inputs, values that are not finite, a second call or a compiled function with
-        # another result.
+        # Round-off is related to `sizes` of outputs by name; others: to their own. A `KernelError` tells a call
+        # that fails or changes its inputs, values that are not finite, other results of a second or compiled call.
         first, second = self._python(state), self._python(state)
         for name, value in first.items():
             self._finite(name, value, state)
@@ -192,8 +184,7 @@ def entry(name: str, where: Any) -> str:
     """Name of the first marked entry, such as 'K[0, 1]'."""
     if np.ndim(where) == 0 or np.size(where) == 1:
         return name
-    index = ", ".join(str(k) for k in np.argwhere(where)[0])
-    return f"{name}[{index}]"
+    return f"{name}[{', '.join(str(k) for k in np.argwhere(where)[0])}]"
 
 
 def at(values: Any, where: Any) -> float:

@@ -45,8 +45,7 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
     tested = TestedKernel(bench.owner, contribution.gap, contribution.p, out=(GAP_SIZE,))
     q = bench.pose[bench.number.dofs(contribution.coordinates)]
     scale = bench.scales(contribution.coordinates)
-    reference = tested.checked_call({"q": q, "v": np.zeros(6)})["out"]
-    size = abs(float(reference[at.GAP]))
+    size = abs(float(tested.checked_call({"q": q, "v": np.zeros(6)})["out"][at.GAP]))
     if size <= ROUND_OFF * float(scale.max()):  # surfaces that touch
         size = 1e-3 * float(scale.max())
     # gaps near the reference configuration, then larger motions as for other pieces
@@ -75,21 +74,15 @@ def check_gap_at(
     slopes, doubts = gradient(tested.of(state, "out", "q", places), q, step)
     gap, found = tested.of(state, "out", "q", slice(at.GAP, at.GAP_RATE)), (slopes[:1], doubts[:1])
     bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], gap, q, step, found=found, columns=step)
-    blocks = (
-        ("normal", at.NORMAL_X, at.NORMAL_X_Q),
-        ("first_arm", at.ARM1_X, at.ARM1_X_Q),
-        ("second_arm", at.ARM2_X, at.ARM2_X_Q),
-    )
-    for k, (name, begin, begin_of_derivatives) in enumerate(blocks):
+    arms = ("first_arm", at.ARM1_X, at.ARM1_X_Q), ("second_arm", at.ARM2_X, at.ARM2_X_Q)
+    for k, (name, begin, begin_of_derivatives) in enumerate((("normal", at.NORMAL_X, at.NORMAL_X_Q), *arms)):
         found = slopes[[2 * k + 1, 2 * k + 2]], doubts[[2 * k + 1, 2 * k + 2]]
         derivatives = out[begin_of_derivatives : begin_of_derivatives + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
         entries, formula = tested.of(state, "out", "q", slice(begin, begin + 2)), f"{name} = its derivatives by q"
         bench.derivative(tested, formula, state, derivatives, entries, q, step, floor=floor, found=found, columns=step)
-    for name, value, row in (
-        ("gap rate and J_n v", out[at.GAP_RATE], normal),
-        ("slip and J_t v", out[at.SLIP], tangent),
-    ):
+    pairs = ("gap rate and J_n v", out[at.GAP_RATE], normal), ("slip and J_t v", out[at.SLIP], tangent)
+    for name, value, row in pairs:
         bench.balanced(tested, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"
     for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
@@ -125,14 +118,8 @@ def check_frame(
     bench.turned(tested, "gap", state, after[at.GAP : at.GAP_RATE], out[at.GAP : at.GAP_RATE], length)
     rates, others = after[at.GAP_RATE : at.NORMAL_X], out[at.GAP_RATE : at.NORMAL_X]
     bench.turned(tested, "gap_rate and slip", state, rates, others, speed * max(blur, 1.0))
-    bench.turned(
-        tested,
-        "normal",
-        state,
-        after[at.NORMAL_X : at.ARM1_X],
-        turn[:2, :2] @ out[at.NORMAL_X : at.ARM1_X],
-        max(blur, 1.0),
-    )
+    normal, before = after[at.NORMAL_X : at.ARM1_X], turn[:2, :2] @ out[at.NORMAL_X : at.ARM1_X]
+    bench.turned(tested, "normal", state, normal, before, max(blur, 1.0))
     for name, k in (("first arm", at.ARM1_X), ("second arm", at.ARM2_X)):
         bench.turned(tested, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))
 
@@ -199,26 +186,21 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
         def force(x: np.ndarray, full: State = full) -> np.ndarray:
             return np.asarray(tested({**full, "q": x})["G"].T @ full["lam"])
 
-        floor = 1e-6 * length
-        value, in_time = tested.of(full, "g", "q"), tested.of(full, "g", "t")
+        floor, value, in_time = 1e-6 * length, tested.of(full, "g", "q"), tested.of(full, "g", "t")
         bench.derivative(tested, "G = dg/dq", full, out["G"], value, full["q"], scale, columns=scale, floor=floor)
         bench.derivative(tested, "g_t = dg/dt", full, out["g_t"], in_time, full["t"], 0.1, floor=length)
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(tested, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
-        check_gamma(bench, tested, full if contribution.motions else on_manifold(tested, full), scale)
+        # G a = gamma holds if d(G v + g_t)/dt = 0: gamma is the negative rate of G v + g_t at constant v.
+        moving = full if contribution.motions else on_manifold(tested, full)
 
+        def rate(s: float, at: State = moving) -> np.ndarray:
+            out = tested({**at, "q": at["q"] + s * at["v"], "t": at["t"] + s})
+            return np.asarray(-(out["G"] @ at["v"] + out["g_t"]))
 
-def check_gamma(bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray) -> None:
-    """Compare gamma with the negative rate of G v + g_t at constant v: G a = gamma holds if d(G v + g_t)/dt = 0."""
-    v = state["v"]
-
-    def rate(s: float) -> np.ndarray:
-        out = tested({**state, "q": state["q"] + s * v, "t": state["t"] + s})
-        return np.asarray(-(out["G"] @ v + out["g_t"]))
-
-    floor = 1e-4 * float(np.abs(v).max())
-    bench.derivative(tested, "gamma = -d(G v + g_t)/dt", state, tested(state)["gamma"], rate, 0.0, 0.05, floor=floor)
+        gamma, floor = tested(moving)["gamma"], 1e-4 * float(np.abs(moving["v"]).max())
+        bench.derivative(tested, "gamma = -d(G v + g_t)/dt", moving, gamma, rate, 0.0, 0.05, floor=floor)
 
 
 def on_manifold(tested: TestedKernel, state: State) -> State:
@@ -274,15 +256,13 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
         bench.note(f"{joint_friction.kernel.name}: compiled = Python, finite, repeatable")
         if out["out"][0] < 0.0 and out["out"][1 : 1 + m].any():
             raise tested.fault(f"the normal load is {out['out'][0]:.9g}; it must be >= 0", full)
-        J, q = out["out"][4:10], full["q"]
-        size = np.abs(lam)
+        J, q, size = out["out"][4:10], full["q"], np.abs(lam)
         load, load_there = (tested.of(full, "out", name, slice(1)) for name in ("lam", "q"))
         bench.derivative(tested, "dN/dlam", full, out["out"][1 : 1 + m][None, :], load, lam, size, columns=size)
         bench.derivative(tested, "dN/dq", full, out["out"][None, 10:], load_there, q, scale, columns=scale)
         sizes = {"rows": scale, "columns": scale, "floor": 1e-6 * float(np.abs(scale * J).max())}
-        bench.derivative(
-            tested, "H = dJ/dq", full, out["H"], tested.of(full, "out", "q", slice(4, 10)), q, scale, **sizes
-        )
+        slide = tested.of(full, "out", "q", slice(4, 10))
+        bench.derivative(tested, "H = dJ/dq", full, out["H"], slide, q, scale, **sizes)
         rule = "what slides on one body must slide back on the other"
         for axis in (0, 1):
             bench.balanced(tested, f"forces along {'xy'[axis]}", full, [J[axis], J[3 + axis]], rule)

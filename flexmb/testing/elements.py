@@ -216,7 +216,9 @@ def check_control_tangents(bench: Bench, program: Program, contribution: Control
     columns = np.asarray(C.dofs[C.dof[c] : C.dof[c + 1]]).astype(np.int64)
     if contribution.sample is not None or len(columns) == 0:
         return
-    rows = np.array([*columns[: len(contribution.states)], *_loaded(program, contribution)], dtype=np.int64)
+    E, loads = program.tables.elements, [program.names.elements.index(load) for load in contribution.loads]
+    loaded = [int(dof) for e in loads for dof in E.dofs[E.dof[e] : E.dof[e + 1]] if dof < program.n_q]
+    rows = np.array([*columns[: len(contribution.states)], *loaded], dtype=np.int64)
     tested, acting = tested_law(bench, contribution), 0
     for state in _states(bench, program, contribution, columns):
         system = StateEvaluation(program).at(state["q"], state["v"], state["a"], t=state["t"], weights=(0.7, 0.4, 0.0))
@@ -241,20 +243,12 @@ def _states(bench: Bench, program: Program, contribution: ControlContribution, c
                 q, v, a = np.array(program.reference.q), np.zeros(n), np.zeros(n)
                 q[:n_b] += pose * scale * bench.random.uniform(-1.0, 1.0, n_b)
                 v[:n_b] = speed * scale * bench.random.uniform(-1.0, 1.0, n_b)
-                t = float(bench.random.uniform(0.0, 2.0))
-                system = StateEvaluation(program)
+                t, system = float(bench.random.uniform(0.0, 2.0)), StateEvaluation(program)
                 for _ in range(SETTLING if len(own) else 0):
                     rates = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[own]
                     v[own] -= np.linalg.lstsq(system.dense[np.ix_(own, own)], rates, rcond=SMALL)[0]
                 v[own] += 1e-3 * np.abs(v[own]) * bench.random.uniform(-1.0, 1.0, len(own))
                 yield {"t": t, "q": q, "v": v, "a": a}
-
-
-def _loaded(program: Program, contribution: ControlContribution) -> list[int]:
-    """Coordinates on which the loads of a control act."""
-    E = program.tables.elements
-    places = [program.names.elements.index(load) for load in contribution.loads]
-    return [int(dof) for e in places for dof in E.dofs[E.dof[e] : E.dof[e + 1]] if dof < program.n_q]
 
 
 def _compare(

@@ -9,7 +9,6 @@ from flexmb.engine.step.step_size import RTOL
 UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
 # Arguments of the function of a command: (options); (mechanism, name, options); (source, maker options, options).
 OPTIONS, MECHANISM, SOURCE = "options", "mechanism", "source"
-
 # An option ("--name VALUE", help) or argument ("name VALUE", help), without VALUE a flag.
 # A third entry is its default (of whole numbers also the type), its type, or keywords of `add_argument`. A list holds
 # options that exclude each other; a text "TITLE" or "TITLE: DESCRIPTION" begins a group.

@@ -127,8 +127,7 @@ class Option:
 def options_of(maker: Maker) -> list[Option]:
     """Options for the parameters of a function that are numbers, tuples of numbers, flags or texts."""
     # A parameter has its unit in its annotation, length: Annotated[float, "m"], and its help in the numpydoc docstring,
-    # "length : length of the rod"; a class has both in its fields. Other parameters, such as laws or materials, have no
-    # option.
+    # "length : length of the rod"; a class has both in its fields. Others, such as laws or materials, have no option.
     described, options = parameters(maker), []
     try:
         signature = inspect.signature(maker, eval_str=True)  # aliases are then resolved
@@ -144,8 +143,7 @@ def options_of(maker: Maker) -> list[Option]:
 
 def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> list[Option]:
     """Add the options of a function to a parser, in a group with a title; returns them."""
-    options = options_of(maker)
-    group = parser.add_argument_group(title)
+    options, group = options_of(maker), parser.add_argument_group(title)
     for option in options:
         help_text = (option.help + shown_default(option)).replace("%", "%%")
         common: dict[str, Any] = {"dest": f"maker.{option.name}", "default": argparse.SUPPRESS, "help": help_text}

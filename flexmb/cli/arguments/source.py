@@ -49,8 +49,7 @@ def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
 
 def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
     """The field of a part as an option, with the kind and the unit that its class declares."""
-    # The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for
-    # messages.
+    # The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag`: the option that names the field, for messages.
     if path == "gravity":
         return GRAVITY
     name, _, rest = path.partition(".")
@@ -134,28 +133,24 @@ def ready() -> dict[str, Callable[..., Any]]:
 def find(text: str) -> Source:
     """Source of a text: "nine-bar", "FILE.py", or "FILE.py:NAME" of a Mechanism or a function that returns one."""
     path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
-    if path.endswith(".py"):
-        return _from_file(Path(path), name if colon else None)
-    makers, plain = ready(), text.replace("_", "-")
-    if plain not in makers:
+    if not path.endswith(".py"):
+        makers, plain = ready(), text.replace("_", "-")
+        if plain in makers:
+            return Source(plain, makers[plain])
         raise InputError(f"{text!r} is no mechanism and no file ending in .py. {checks.did_you_mean(plain, makers)}")
-    return Source(plain, makers[plain])
-
-
-def _from_file(path: Path, name: str | None) -> Source:
-    module = _load(path)
+    file, module = Path(path), _load(Path(path))
     own = [n for n, value in vars(module).items() if inspect.isfunction(value) and value.__module__ == module.__name__]
     usable = [n for n, value in vars(module).items() if n in own or isinstance(value, Mechanism)]
     alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
-    names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
+    names = [name] if colon else [n for n in NAMES if n in vars(module)]
     names = names or (alone if len(alone) == 1 else [])
     if not names or names[0] not in usable:
         wanted = f"no mechanism {name!r}" if name else "no mechanism `mech`"
         offer = f"It has: {', '.join(usable)}." if usable else "Write mech = fm.Mechanism(...) in it."
-        raise InputError(f"{path}: the file has {wanted}. {offer} Choose with {path}:NAME.")
+        raise InputError(f"{file}: the file has {wanted}. {offer} Choose with {file}:NAME.")
     value = vars(module)[names[0]]
     make = (lambda: value) if isinstance(value, Mechanism) else value
-    return Source(path.stem if name is None else f"{path.stem}-{name}", make, path)
+    return Source(f"{file.stem}-{name}" if colon else file.stem, make, file)
 
 
 def _load(path: Path) -> ModuleType:

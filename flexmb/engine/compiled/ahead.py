@@ -8,8 +8,6 @@ The second process knows the types of the arguments from their names, or annotat
 processes, on one core, without a cache that can be written, or where the first functions are compiled already.
 """
 
-from __future__ import annotations
-
 import atexit
 import multiprocessing
 import os

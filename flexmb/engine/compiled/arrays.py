@@ -6,8 +6,7 @@ scratch = stack_matrix(20, 96)     # once, in a module
     def kernel(p, ...):
         x = scratch()                  # in the kernel itself; functions that it calls are handed x
 
-The memory is that of the function which calls `scratch`, so it must not be returned from there.  Its values are
-undefined at first.
+The memory is that of the function which calls `scratch`: it must not be returned.  Its values are undefined at first.
 """
 
 from collections.abc import Callable, Sequence
@@ -126,8 +125,7 @@ def _on_stack(kind: Any, *shape: int) -> Any:
     @compiled_as(lambda: np.zeros(shape))
     def on_stack(typingctx):
         def codegen(context, builder, signature, args):
-            size = ir.Constant(ir.IntType(64), int(np.prod(shape)))
-            data = cgutils.alloca_once(builder, ir.DoubleType(), size=size)
+            data = cgutils.alloca_once(builder, ir.DoubleType(), size=ir.Constant(ir.IntType(64), int(np.prod(shape))))
             return _view(context, builder, kind, data, [context.get_constant(types.intp, n) for n in shape])
 
         return kind(), codegen

@@ -5,8 +5,6 @@ function counts with its text, code, defaults, closure and attributes, and all t
 names.  Installed packages count by version, functions of flexmb by text.  Files that are read do not count.
 """
 
-from __future__ import annotations
-
 import ast
 import copyreg
 import dis
@@ -29,7 +27,6 @@ from flexmb.engine.compiled.code_cache import PACKAGE, is_of_user, is_users_file
 DIGITS = 16  # number of hexadecimal digits of a digest
 # Words of a digest before the kinds of objects whose content cannot be told (open files, locks, handles).
 UNKNOWN = " but for "
-
 # Errors of classes and modules of others, in place of their content.
 FAILURES = (
     TypeError, ValueError, AttributeError, ImportError, LookupError, NameError, ArithmeticError, RuntimeError, OSError,

@@ -75,9 +75,8 @@ def _on_lanes(function: Any, arguments: int, result: Any, lower: Callable[[Any, 
     class OnLanes(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:  # noqa: ARG002 - as numba asks
             known = all(x == lanes or lanes.can_convert_from(None, x) for x in args)
-            return (
-                signature(result, *[lanes] * arguments) if known and len(args) == arguments and lanes in args else None
-            )
+            fits = known and len(args) == arguments and lanes in args
+            return signature(result, *[lanes] * arguments) if fits else None
 
     lower_builtin(function, *[Lanes] * arguments)(lambda context, builder, kind, args: lower(builder, args))
 

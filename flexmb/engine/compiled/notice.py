@@ -9,8 +9,6 @@ The lines go to stderr; on a terminal the first one counts the seconds.  Nothing
 worker processes but the first, or with FLEXMB_MESSAGES=0.
 """
 
-from __future__ import annotations
-
 import atexit
 import multiprocessing
 import os
@@ -29,7 +27,6 @@ from numba.core import event
 REFERENCE_PACE = 0.0083  # processor time of the measure of pace on the machine of these costs [s] (`notice.pace`)
 PACES = 5  # number of these measures
 FIRST_STAGE = "the equations of motion"  # stage of kernels and other small functions
-
 # Processor time of compiling large functions [s], by stage; small functions represent others, too.
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
@@ -233,6 +230,5 @@ class Notice(event.Listener):
 
 
 notice = Notice()  # listener of this process
-
 event.register("numba:compile", notice)
 atexit.register(notice.close)

@@ -75,8 +75,7 @@ class _Fields(AttributeTemplate):
 
 def _pointer(builder: Any, record: Any, place: int, kind: Any) -> Any:
     """Pointer to the word `place` of a record."""
-    base = builder.bitcast(record, kind.as_pointer())
-    return builder.gep(base, [WORD(place)], inbounds=True)
+    return builder.gep(builder.bitcast(record, kind.as_pointer()), [WORD(place)], inbounds=True)
 
 
 def _loaded(builder: Any, record: Any, place: int, kind: Any, constant: bool) -> Any:
@@ -92,8 +91,7 @@ def _get(context: Any, builder: Any, kind: Any, record: Any, name: str) -> Any:
     if isinstance(field, RecordType):
         return builder.inttoptr(_loaded(builder, record, place, WORD, True), record.type)
     if isinstance(field, types.Array):
-        array = arrayobj.make_array(field)(context, builder)
-        item = context.get_data_type(field.dtype)
+        array, item = arrayobj.make_array(field)(context, builder), context.get_data_type(field.dtype)
         data = _loaded(builder, record, place, item.as_pointer(), True)
         shape = [_loaded(builder, record, place + 1 + k, WORD, True) for k in range(field.ndim)]
         size = context.get_abi_sizeof(item)
@@ -198,7 +196,12 @@ class Record:
                 setattr(cls, name, _number(name, kind, at))
 
     def __init__(self, *values: Any, **named: Any) -> None:
-        given = values if not named and len(values) == len(self._fields) else self._in_order(values, named)
+        given: Any = values
+        if named or len(values) != len(self._fields):
+            pairs = dict(zip(self._fields, values, strict=False), **named)
+            if len(values) + len(named) != len(self._fields) or set(pairs) != set(self._fields):
+                raise TypeError(f"{type(self).__name__} has the fields {self._fields}; given were {tuple(pairs)}")
+            given = [pairs[name] for name in self._fields]
         if self._all_floats:
             self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
             return
@@ -257,13 +260,6 @@ class Record:
         array = self.__dict__[name] = np.ndarray(shape, dtype, arena, first + begin)
         return array
 
-    def _in_order(self, values: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
-        """The given values in the order of the fields."""
-        given = dict(zip(self._fields, values, strict=False), **named)
-        if len(values) + len(named) != len(self._fields) or set(given) != set(self._fields):
-            raise TypeError(f"{type(self).__name__} has the fields {self._fields}; given were {tuple(given)}")
-        return [given[name] for name in self._fields]
-
     def _refuse(self, name: str, value: Any, dtype: Any, ndim: int) -> None:
         """Refuse an array of another type; without JIT a table of kernels holds functions, which pass."""
         if config.DISABLE_JIT and not isinstance(value, np.ndarray):
@@ -312,8 +308,7 @@ class Record:
     def twin(self, **records: Record) -> Self:
         """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time."""
         # Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
-        mine, words = self.__dict__, self._words.copy()
-        other = type(self).__new__(type(self))
+        mine, words, other = self.__dict__, self._words.copy(), type(self).__new__(type(self))
         if "_arena" in mine:
             _, first, plan = mine["_arena"]
             base = mine["_arena"][0].__array_interface__["data"][0] + first
@@ -390,8 +385,7 @@ class _Plan:
             self.views[name] = shape, dtype, end
             self.words[place], self.moved[place] = end, 1
             self.words[place + 1 : place + 1 + ndim] = shape
-            size = math.prod(shape) * dtype.itemsize
-            end += (size + CACHE_LINE - 1) // CACHE_LINE * CACHE_LINE
+            end += (math.prod(shape) * dtype.itemsize + CACHE_LINE - 1) // CACHE_LINE * CACHE_LINE
         self.size = end + CACHE_LINE
 
     def arena(self) -> tuple[np.ndarray, int, int]:
@@ -432,9 +426,7 @@ def _stored(kind: Any) -> tuple[Any, int]:
     """Type and dimensions of an array; float or int and 0 of a number; None and 0 of a record."""
     if isinstance(kind, types.Array):
         return numpy_support.as_dtype(kind.dtype), kind.ndim
-    if isinstance(kind, RecordType):
-        return None, 0
-    return (float if kind is types.float64 else int), 0
+    return (None if isinstance(kind, RecordType) else float if kind is types.float64 else int), 0
 
 
 def _fits(value: Any, dtype: Any, ndim: int) -> bool:

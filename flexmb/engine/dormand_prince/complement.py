@@ -8,8 +8,6 @@ S has the rows of the constraints as unknowns.  Two joints are coupled where a b
 block tridiagonal.  Equation (4.21) of docs/theory/integrators.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterator
@@ -34,8 +32,7 @@ from flexmb.program.program import Constraints, Program
 @compiled
 def factor_symmetric(sym, lu, seen, least):
     """Factor A, whose upper entries in the order of elimination are in lu; whether all pivots are large enough."""
-    # sym : LU; lu : (size,); seen : (n,) largest terms summed up to the pivots, filled; a pivot must be more than
-    # `least` times that.
+    # sym : LU; lu : (size,); seen : (n,) largest terms summed up to pivots, filled; a pivot is over `least` times that.
     for s in range(len(sym.starts) - 1):
         w, at = sym.starts[s + 1] - sym.starts[s], sym.value_ptr[s]
         for k in range(w):

@@ -56,10 +56,8 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             if code != RUNNING:
                 error = -1.0
                 error_control.shorten_step(h, FAILED_GROWTH, flow, record)
-            missed = code == RUNNING and error_control.misses_jump(
-                tables, address, h, options, flow, trial, work, record
-            )
-            error = -1.0 if missed else error
+            past = code == RUNNING and error_control.misses_jump(tables, address, h, options, flow, trial, work, record)
+            error = -1.0 if past else error
             growth = error_control.growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
             growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
@@ -69,13 +67,11 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             continue
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        crossed = options.adaptive and error_control.crosses_jump(
-            tables, address, h, options, flow, trial, work, record
-        )
+        jumps = options.adaptive and error_control.crosses_jump(tables, address, h, options, flow, trial, work, record)
         if options.adaptive:
             error_control.update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
-        flow.clock.last_step = 0.0 if crossed else h
+        flow.clock.last_step = 0.0 if jumps else h
         if code != RUNNING:
             return code
     return RUNNING

@@ -8,8 +8,6 @@ Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equa
 II.5 (method), II.6 (dense output of order 7) and II.10 (error estimate); the numbers are those of their code DOP853.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -38,7 +36,6 @@ STEP_STAGES, ALL_STAGES = 12, 16
 # Numbers of the stages that are the start and the end of the step.
 START, END = 0, STEP_STAGES
 FIFTH, THIRD = range(2)  # rows of `Stages.errors`
-
 LEDGER = 11  # number of the energies of a ledger
 DENSE = 7  # number of coefficients of the dense output
 
@@ -180,7 +177,7 @@ def find_stages(tables, address, lu, first, end, options, flow, trial, work, rec
 
 @compiled
 def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
-    """Try a step of size h; a code, and the error over the accepted one, which is finite if all stages are."""
+    """Try a step of size h; a code, and its error over the accepted one, which is finite if all stages are."""
     # A step of too large an error is not projected.
     # The start of the step is its first stage.
     D.span.start, D.span.size, D.span.dense = flow.clock.t, h, 0
@@ -194,7 +191,15 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
     if code != RUNNING:
         return code, math.inf
     place_stage(tables.sizes.n_q, END, h, D, trial.q, trial.v)
-    error = step_error(tables, h, options, flow, trial, D) if options.adaptive else 0.0
+    error = 0.0
+    if options.adaptive:
+        # Errors e5 and e3 of formulas of order 5 and 3 give e5^2 / (e5^2 + 0.01 e3^2)^(1/2), which falls with h^8.
+        # Equation (4.20) of docs/theory/integrators.md.
+        find_speeds(tables.sizes.n_b, options, flow, trial)
+        fifth = error_size(tables, D.errors[FIFTH], h, options, flow, trial, D)
+        third = error_size(tables, D.errors[THIRD], h, options, flow, trial, D)
+        whole = math.sqrt(fifth * fifth + THIRD_ORDER_SHARE * third * third)
+        error = math.inf if not math.isfinite(whole) else (fifth * fifth / whole if whole > 0.0 else 0.0)
     if not error <= 1.0:
         return (RUNNING if error < math.inf else NOT_FINITE), error
     t = flow.clock.t + h
@@ -203,19 +208,6 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
         code = find_accelerations(tables, address, lu, t, 1.0, h, options, flow, trial, work, record, D)
     copy(trial.a, trial.x)
     return code, error
-
-
-@compiled
-def step_error(tables, h, options, flow, trial, D):
-    """Estimated error of positions and velocities over the accepted error."""
-    # Errors e5 and e3 of formulas of order 5 and 3 give e5^2 / (e5^2 + 0.01 e3^2)^(1/2), which falls with h^8.
-    # Equation (4.20) of docs/theory/integrators.md.
-    find_speeds(tables.sizes.n_b, options, flow, trial)
-    fifth = error_size(tables, D.errors[FIFTH], h, options, flow, trial, D)
-    third = error_size(tables, D.errors[THIRD], h, options, flow, trial, D)
-    whole = math.sqrt(fifth * fifth + THIRD_ORDER_SHARE * third * third)
-    error = fifth * fifth / whole if whole > 0.0 else 0.0
-    return error if math.isfinite(whole) else math.inf
 
 
 @compiled

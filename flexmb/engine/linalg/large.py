@@ -53,8 +53,7 @@ class KeptFactors(PivotingSolver):
     def factor(self, values: np.ndarray) -> KeptFactors:
         """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
         # Raises `SolveError` if a value is not finite.
-        data = self._finite(values)
-        self._matrix = sp.csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
+        self._matrix = sp.csc_matrix((self._finite(values), self._rows, self._column_starts), shape=(self._n, self._n))
         self._sizes = abs(self._matrix)
         self._is_own = False
         return self
@@ -177,8 +176,7 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
 
 def null_vectors(B: sp.sparray) -> np.ndarray:
     """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are."""
-    # Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish. The rows of
-    # B (m, n) have comparable size.
+    # Inverse iterations as in `null_vector`, with more vectors until one does not vanish. Rows of B (m, n): of a size.
     m, n = B.shape
     size = largest_singular_value(B)
     if size == 0.0:

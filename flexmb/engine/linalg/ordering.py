@@ -29,16 +29,9 @@ def elimination_order(
     `blocks` are numbers of the unknowns in each block: the three coordinates of a node, the rows of one joint; every
     unknown 0 .. n-1 stands in exactly one.  `edges` are blocks that an element or a joint couples, all with all; `last`
     is true for the blocks of constraints.
-
-    Notes
-    -----
     Not for one body with hundreds of joints: they all wait for it and then form a full matrix.
-
     Source: A. George and J. W. H. Liu, The evolution of the minimum degree ordering algorithm, SIAM Review 31 (1989)
     1-19, sections 2 (elimination graphs), 5 (external degree) and 6 (multiple elimination).
-
-    Examples
-    --------
     Two bodies and the joint between them (unknowns 6 and 7):
 
     >>> elimination_order([[0, 1, 2], [3, 4, 5], [6, 7]], [(0, 1, 2)], [False, False, True]).tolist()
@@ -48,9 +41,14 @@ def elimination_order(
     if len(blocks) > LARGE_GRAPH:
         sequence = _multiple_minimum_degree(len(blocks), edges, np.array(last, dtype=bool))
     else:
-        parents, sequence = _minimum_degree(_neighbours(len(blocks), edges), [len(block) for block in blocks], last)
-        sequence = _postorder(parents, sequence)
-    return np.array([unknown for block in sequence for unknown in blocks[block]], dtype=np.int64)
+        neighbours: list[set[int]] = [set() for _ in blocks]
+        for edge in edges:
+            for block in edge:
+                neighbours[block].update(edge)
+        for number, around in enumerate(neighbours):
+            around.discard(number)
+        sequence = _postorder(*_minimum_degree(neighbours, [len(block) for block in blocks], last))
+    return np.array([unknown for number in sequence for unknown in blocks[number]], dtype=np.int64)
 
 
 def _check(blocks: Sequence[Sequence[int]], edges: Sequence[Sequence[int]], last: Sequence[bool]) -> None:
@@ -97,16 +95,6 @@ def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: n
     place[last] = latest[last]
     found: list[int] = np.lexsort((np.arange(count), last, place)).tolist()
     return found
-
-
-def _neighbours(count: int, edges: Sequence[Sequence[int]]) -> list[set[int]]:
-    neighbours: list[set[int]] = [set() for _ in range(count)]
-    for edge in edges:
-        for block in edge:
-            neighbours[block].update(edge)
-    for block, around in enumerate(neighbours):
-        around.discard(block)
-    return neighbours
 
 
 def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence[bool]) -> tuple[list[int], list[int]]:

@@ -218,14 +218,7 @@ def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> S
     `rows` and `cols` are structural nonzeros of A, in any order and as often as you like.  Transposed and diagonal
     entries are added, pairs with a negative number (fixed coordinates) left out.  `order` (n,) is from
     `elimination_order`.  The cost is linear in the number of entries of L and U, apart from sorting.
-
-    Notes
-    -----
-    Sources: see `flexmb.engine.linalg.symbolic`.
-
-    Examples
-    --------
-    An arrow, its tip eliminated last, does not fill:
+    Sources: see `flexmb.engine.linalg.symbolic`.  An arrow, its tip eliminated last, does not fill:
 
     >>> arrow = symbolic(3, [0, 1, 2, 2], [2, 2, 0, 1], [0, 1, 2])
     >>> arrow.positions([0, 2, -1], [2, 0, 1]).tolist()

@@ -44,8 +44,7 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     # In free flight positions count more (`StepControl.flight_weight`): their errors add up, and decide the place of
     # the next impact.
     # Equations (4.11) and (4.12) of docs/theory/integrators.md.
-    h0 = flow.clock.last_step
-    of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
+    h0, of_q = flow.clock.last_step, h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
     find_speeds(tables.sizes.n_b, options, flow, trial)
@@ -249,8 +248,7 @@ def place_of_jump(tables, address, end, h, options, flow, trial, work, record):
                     low, y0 = middle, y
             if abs(y1 - y0) > least:
                 found = min(found, high)
-    t = flow.clock.t + h
-    evaluate_controls(tables, address, t, trial.q, trial.v, trial.a, flow.z, 0.0, 0.0, 0.0, False, work)
+    evaluate_controls(tables, address, flow.clock.t + h, trial.q, trial.v, trial.a, flow.z, 0.0, 0.0, 0.0, False, work)
     return found
 
 

@@ -15,11 +15,12 @@ A step runs through these functions in this order:
 import math
 
 from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.compiled.records import copy_numbers
 from flexmb.engine.linalg import lu as elimination
 from flexmb.engine.newmark import jacobian_reuse, predictor
 from flexmb.engine.state import record as codes
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
-from flexmb.kernels import compiled
+from flexmb.kernels import compiled, copy
 
 # Correction of a Newton iteration: right-hand sides, solution, damping, size over the tolerance
 
@@ -40,8 +41,7 @@ def residual_vectors(n, m, kv, options, trial, work):
     """Fill trial.rhs, the negative residual, and trial.gap_rhs, the gaps that the correction itself leaves open."""
     # The lower half of trial.rhs is G d of the correction d, so that gap_rhs = -g - G d.
     for i in range(n):
-        trial.rhs[i] = -(work.r[i] + work.Gl[i])
-        trial.gap_rhs[i] = 0.0
+        trial.rhs[i], trial.gap_rhs[i] = -(work.r[i] + work.Gl[i]), 0.0
     for i in range(m):
         trial.rhs[n + i] = -work.g[i] if options.form == codes.POSITION else -work.gv[i] / kv
         trial.gap_rhs[n + i] = -work.g[i] - trial.rhs[n + i]
@@ -224,15 +224,20 @@ def newmark_coefficients(h, scheme):
 def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     """Predict the trial state, and decide whether the factors of an earlier step are reused."""
     n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
-    jacobian_reuse.start_trial(flow, trial)
+    # The states of predictor and reuse are copied into the trial, so that a rejected step changes nothing.
+    copy_numbers(flow.predictor, trial.predictor)
+    copy_numbers(flow.reuse, reuse)
+    reuse.refactored = 0.0
+    for k in range(trial.slopes.shape[0]):
+        copy(flow.slopes[k], trial.slopes[k])
     if flow.clock.last_step == 0.0:
+        jacobian_reuse.discard_factors(reuse)
         predictor.restart_predictor(trial.predictor)
     newton.order = trial.predictor.order
     newton.measuring = reuse.steps_since_measured >= jacobian_reuse.MEASURING_INTERVAL
     own_matrices = n + m <= SMALL_SYSTEM and jacobian_reuse.has_contact_or_friction(trial.slopes)
     newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own_matrices
-    newton.may_reuse = True
-    newton.factorisations, newton.reused, newton.held = 0, 0, -1
+    newton.may_reuse, newton.factorisations, newton.reused, newton.held = True, 0, 0, -1
     newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
     newton.hold = jacobian_reuse.initial_hold(flow)
     predictor.predict(n, m, h, ratio, newton.order, scheme, flow, trial)
@@ -297,7 +302,11 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     elif newton.held != elimination.ROWS_HELD and newton.hold == elimination.HELD_PIVOT:
         pivot = elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
         pivot *= max(1.0, jacobian_reuse.REGULAR_PIVOT * tables.sizes.n_c)  # some 2/n of a straight chain of n links
-        jacobian_reuse.register_factors(kv, ka, pivot, trial, work)
+        reuse = trial.reuse  # of the factors in work.lu
+        reuse.refactored, reuse.age, reuse.kv, reuse.ka, reuse.smallest_pivot = 1.0, 1.0, kv, ka, pivot
+        reuse.extra_iterations, reuse.best_iterations = 0.0, 0.0
+        for k in range(trial.slopes.shape[0]):
+            copy(work.slopes[k], trial.slopes[k])
     newton.factorisations += 1
     newton.reused = 0
     return codes.RUNNING
@@ -340,8 +349,7 @@ def restart_iteration(tables, h, ratio, order, scheme, flow, trial):
 @compiled
 def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, trial, work, record):
     """Convergence test of a correction with reused factors; RUNNING or CONTINUE.  `size`: over the tolerance."""
-    newton, reuse = trial.newton, trial.reuse
-    noise = ROUND_OFF_FRACTION * record.report.round_off
+    newton, reuse, noise = trial.newton, trial.reuse, ROUND_OFF_FRACTION * record.report.round_off
     negligible, remaining = jacobian_reuse.convergence_limits(noise, work)
     own = newton.factorisations > 0 and not jacobian_reuse.has_contact_or_friction(work.slopes)
     converged, evaluated, contracting = jacobian_reuse.convergence_test(

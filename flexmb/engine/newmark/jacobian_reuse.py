@@ -174,17 +174,14 @@ ROUND_OFF_SPREAD = 5.0  # correction that may be round-off over one that was see
 # First correction over that of the step before, above which a single correction does not end the iteration.
 CORRECTION_GROWTH = 3.0
 MOST_REUSE_ITERATIONS = 4  # number of iterations with reused factors at most
-
 # Error that may remain, as theta estimates it, over the tolerance of corrections.
 # It is smaller than 1 because the rest of G v = 0 returns, over h, in the accelerations of the next step, in the same
 # direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing.
 REMAINING_ERROR = 1e-4
-
 # Error that may remain over the round-off of corrections, where that is more than `REMAINING_ERROR` allows.
 # Round-off has no direction; the remaining error has the same direction in every step: with steps of 0.1 ms, 1e-15 m
 # are an acceleration of 1e-7 m/s^2 that stays missing.
 REMAINING_ROUND_OFF = 0.01
-
 # Last correction over its tolerance, after which forces and energies are not evaluated again.
 NEGLIGIBLE_CORRECTION = 0.05
 # Last correction over its tolerance, after which the same holds with a closed contact or friction in a joint.
@@ -210,29 +207,6 @@ def may_reuse(kv, ka, flow, reuse):
 def discard_factors(reuse):
     """Discard the factors."""
     reuse.age = 0.0
-
-
-@compiled
-def register_factors(kv, ka, smallest_pivot, trial, work):
-    """Register the factors in work.lu, made with coefficients kv and ka, for reuse."""
-    reuse = trial.reuse
-    reuse.refactored = 1.0
-    reuse.age, reuse.kv, reuse.ka, reuse.smallest_pivot = 1.0, kv, ka, smallest_pivot
-    reuse.extra_iterations, reuse.best_iterations = 0.0, 0.0
-    for k in range(trial.slopes.shape[0]):
-        copy(work.slopes[k], trial.slopes[k])
-
-
-@compiled
-def start_trial(flow, trial):
-    """Copy the states of predictor and reuse into the trial, so that a rejected step changes nothing."""
-    copy_numbers(flow.predictor, trial.predictor)
-    copy_numbers(flow.reuse, trial.reuse)
-    trial.reuse.refactored = 0.0
-    for k in range(trial.slopes.shape[0]):
-        copy(flow.slopes[k], trial.slopes[k])
-    if flow.clock.last_step == 0.0:
-        discard_factors(trial.reuse)
 
 
 @compiled

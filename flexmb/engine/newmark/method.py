@@ -61,8 +61,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         if code != RUNNING:
             continue
         for i in range(tables.sizes.n_q if first else 0):  # see `Newmark.starting`
-            delta = options.regular.alpha_m - options.regular.alpha_f
-            trial.x[i] = trial.a[i] + delta * (trial.a[i] - flow.a[i])
+            trial.x[i] = trial.a[i] + (options.regular.alpha_m - options.regular.alpha_f) * (trial.a[i] - flow.a[i])
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
             record.count.evaluated = NOT_EVALUATED  # multipliers may have changed

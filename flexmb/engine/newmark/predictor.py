@@ -15,13 +15,11 @@ from flexmb.program.program import COMMON_Z
 
 # Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities.
 STANDING, COASTING = range(-2, 0)
-
 # Displacement by the predicted accelerations, over the size of the mechanism or of its shortest beam, up to which they
 # are trusted; rotations count as displacements at the distance of that size. A step that does not resolve them (after a
 # jump of a load, waves in short beams) starts from the velocities alone, or from the positions, where the velocities
 # lead as far. From farther away Newton's iteration may end at another solution: beams that are folded.
 FARTHEST_LEAP = 0.1
-
 OLD_ERROR_WEIGHT = 0.5  # weight of the errors of earlier predictions relative to that of the last one
 
 
@@ -103,8 +101,7 @@ def project_prediction(n, m, lu, h, order, flow, trial):
     """Project the predicted positions onto the constraints, by gaps that are extrapolated from the last steps."""
     # The gaps are extrapolated, over h^3, and not the shifts: a shift by the present factors has no component along the
     # joints, which no later correction would remove.
-    gaps, cube = flow.projected_gaps, h * h * h
-    highest = trial.predictor.past_states - 1
+    gaps, cube, highest = flow.projected_gaps, h * h * h, trial.predictor.past_states - 1
     w0, w1, w2, w3 = lagrange_weights(min(order, highest), h, flow.clock.last_step, trial.predictor)
     for i in range(n):
         trial.gap_rhs[i] = 0.0
@@ -156,8 +153,7 @@ def update_predictor(tables, h, length, flow, trial, work):
         gaps[0, i] = trial.projected_gaps[i] / cube
     predictor.order = best_order(highest, (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3)), flow)
     predictor.third_last_step, predictor.second_last_step = predictor.second_last_step, last
-    predictor.past_states = min(predictor.past_states + 1, PAST_STATES + 1)
-    restarts = last == 0.0
+    predictor.past_states, restarts = min(predictor.past_states + 1, PAST_STATES + 1), last == 0.0
     for c in range(tables.contacts.kernel.shape[0]):  # a contact that opens or closes in this step
         k = tables.contacts.z[c, COMMON_Z]
         restarts = restarts or (flow.z[k] == 0.0) != (work.z_new[k] == 0.0)

@@ -5,11 +5,8 @@ Stages lie at t + c_i h.  With the matrix A of the method and its inverse D, pos
     h V_i = sum_j D_ij (Q_j - q0),   h A_i = sum_j D_ij (V_j - v0).
 
 D has a real eigenvalue and a complex pair; in its eigenvectors the linear system of the three stages splits into a real
-system and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer,
-1996), IV.5 and IV.8.
+and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (1996), IV.5 and IV.8.
 """
-
-from __future__ import annotations
 
 import numpy as np
 

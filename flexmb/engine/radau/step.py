@@ -294,8 +294,7 @@ def correction_size(tables, h, options, flow, trial, record, R):
     round_x, round_t = ROUND_OFF * math.sqrt(far_x), ROUND_OFF * far_t
     wanted += LEAST_TOLERANCE * h * h * fast + LEAST_CORRECTION
     wanted_x, wanted_t = wanted, wanted / options.length
-    of_x, of_t = math.sqrt(way) / wanted_x, iteration / wanted_t
-    step = record.report
+    of_x, of_t, step = math.sqrt(way) / wanted_x, iteration / wanted_t, record.report
     step.correction, step.tolerance = (math.sqrt(way), wanted_x) if of_x > of_t else (iteration, wanted_t)
     step.length_tolerance, step.angle_tolerance = wanted_x, wanted_t
     return max(of_x, of_t, of_states), 2.0 * max(round_x / wanted_x, round_t / wanted_t, of_round_off)

@@ -6,8 +6,7 @@ differences relative to each number: a gap of 1e-6 m is not lost in coordinates 
 A law without history turns round within a small slip, which steps leap over or into.  The slopes at both ends then
 tell nothing of the change, by which a neighbour, whose slip s turns at another time, gains or loses speed.  With the
 secant slope S = (T1 - T0) / (s1 - s0) at both ends, the slips of a neighbour are ds1/ds0 = (ds/dt)_1 / (ds/dt)_0, as
-behind a jump of the force.  The accelerations at the end are those of the force there.  Equation (14.5) of
-docs/theory/design.md.
+behind a jump of the force.  Accelerations at the end are of the force there.  Equation (14.5) of docs/theory/design.md.
 """
 
 from flexmb import places
@@ -326,10 +325,8 @@ def _move_element(E, e, n, eps, j, q, v, a, T, work):
 
 
 # Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
-# beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
-# next step.
+# beside the slope of the law; what of it is no part of the accelerations at the end; that slope, for the next step.
 STARTING, ENDING, EXCESS, CARRIED = range(4)
-
 # Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
 # slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
 PART_OF_FRICTION, STEEPEST = 1e-3, 10.0

@@ -119,13 +119,8 @@ def new_tangents(
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z."""
     # q, v, a : (n_q + 3,); z : history a time h before. Friction in joints is in A and beside G^T as in `evaluate`.
-    work.r[:] = 0.0
-    work.Gl[:] = 0.0
-    work.lu[:] = 0.0
-    T.F[:, :] = 0.0
-    T.N[:, :] = 0.0
-    T.T[:, :] = 0.0
-    T.z1[:, :] = 0.0
+    work.r[:] = work.Gl[:] = work.lu[:] = 0.0
+    T.F[:, :] = T.N[:, :] = T.T[:, :] = T.z1[:, :] = 0.0
     copy(z, T.zs)
     add_contacts(tables, address, t, h, q, v, z, 1.0, 0.0, True, work)
     for c in range(tables.contacts.kernel.shape[0]):
@@ -377,8 +372,7 @@ def _add_jacobian(tables, address, c, t, eps, factor, q, v, lam, T, work):
 @compiled
 def rows_times(C, c, G, x, i):
     """Row i of constraint c times x; G : as `Work.G`."""
-    n, begin, place = C.dof[c + 1] - C.dof[c], C.dof[c], C.pos_g[c]
-    total = 0.0
+    n, begin, place, total = C.dof[c + 1] - C.dof[c], C.dof[c], C.pos_g[c], 0.0
     for j in range(n):
         total += G[place + i * n + j] * x[C.dofs[begin + j]]
     return total

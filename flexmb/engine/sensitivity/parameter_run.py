@@ -1,7 +1,5 @@
 """Run with derivatives of its state and of its signals by parameters."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -11,8 +11,6 @@ their differences are histories, which change at its instants alone.
 Equations (14.2), (14.3), (14.10) and (14.11) of docs/theory/design.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

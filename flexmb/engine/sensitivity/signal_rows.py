@@ -8,8 +8,6 @@ the time shift beside the derivatives, so that integrals over a row of steps can
 Equation (14.6) of docs/theory/design.md.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexmb.engine.compiled.records import Integers, Matrix, Record, Vector

@@ -20,8 +20,6 @@ constraints); P. Muller, Chaos, Solitons and Fractals 5 (1995) 1671-1681 (jumps 
 Equations (9.1) to (9.3) of docs/theory/exponents.md.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -226,10 +224,8 @@ def find_gaps(C, j, T, work):
 
 @compiled
 def find_shift(tables, lu, kv, j, T, work):
-    """Set T.e = -S^-1 G^T mu with G e = (G X + W dq) / kv + G u, so that dv = X + kv (u - e) satisfies G dv + W dq = 0.
-
-    For a neighbour with a time shift, both equations include the rates of the drives.
-    """
+    """Set T.e = -S^-1 G^T mu with G e = (G X + W dq) / kv + G u: then dv = X + kv (u - e) has G dv + W dq = 0."""
+    # For a neighbour with a time shift, both equations include the rates of the drives.
     T.b[:] = 0.0
     add_rates(tables.constraints, tables.sizes.n_q, kv, 1.0 / kv, j, T, work)
     solve(lu, work.lu, T.b, T.e, T.y)
@@ -255,8 +251,7 @@ def add_rates(C, n, kv, factor, j, T, work):
 def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
     """Set the differences at the end of the step; x = a before a starting step."""
     for i in range(n):
-        moved, a0 = T.moved[j, i] - T.e[i], T.a[j, i]
-        T.q[j, i] = T.u[j, i]
+        moved, a0, T.q[j, i] = T.moved[j, i] - T.e[i], T.a[j, i], T.u[j, i]
         T.v[j, i] = T.X[j, i] + kv * moved
         T.a[j, i] = T.Y[j, i] + ka * moved
         T.x[j, i] = T.a[j, i] + delta * (T.a[j, i] - a0) if first else T.R[j, i] + kx * moved
@@ -420,8 +415,7 @@ class CarryingRun(Run):
 
 def unpack_differences(program: Program, W: np.ndarray) -> Tangents:
     """The differences W (size, k) as arrays of the compiled loop."""
-    n, n_z = program.n_q, program.tables.sizes.n_z
-    T = linearised.new_tangents(program, W.shape[1])
+    n, n_z, T = program.n_q, program.tables.sizes.n_z, linearised.new_tangents(program, W.shape[1])
     T.q[:, :n], T.v[:, :n], T.z[:] = W[:n].T, W[n : 2 * n].T, W[2 * n : 2 * n + n_z].T
     T.a[:, :n], T.x[:, :n] = W[2 * n + n_z : 3 * n + n_z].T, W[3 * n + n_z :].T
     return T
@@ -439,9 +433,8 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
     n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
     system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian
-    eps = min(
-        most, linearised.POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300)
-    )
+    fastest = np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max()
+    eps = min(most, linearised.POSE_DIFFERENCE / max(fastest, 1e-300))
     turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
     explicit = np.zeros((2, len(T.q), program.n_c))
     explicit[:, : len(T.by.step)] = T.by.g, T.by.gv
@@ -504,8 +497,7 @@ def synchronise(program: Program, flow: Any, T: Tangents, work: Work) -> None:
     """Remove the time shifts T.tau, which neighbours have since the last impact."""
     if not T.tau.any():
         return
-    n, later = program.n_q, -T.tau[:, None]
-    kept = T.x - T.a
+    n, later, kept = program.n_q, -T.tau[:, None], T.x - T.a
     T.q[:, :n] += later * flow.v[:n]
     T.v[:, :n] += later * flow.a[:n]
     if T.step.last > 0.0:

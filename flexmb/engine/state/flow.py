@@ -1,7 +1,5 @@
 """Accepted state of a run, which a restart holds beside signals, fingerprint, numbers of the method; trial state."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexmb.engine.compiled.records import Flags, Integers, Matrix, Record, Vector
@@ -107,8 +105,7 @@ class Flow(Record):
     momentum: Vector  # (n_q + 3,) M v
     # (PAST_STATES + 1, n_c) gaps that the position shifts of the last steps closed, over h^3, newest first
     projected_gaps: Matrix
-    # (groups,) largest speed of the run so far of each group of connected bodies, scale of the tolerance of
-    # velocities [m/s]
+    # (groups,) largest speed so far of each group of connected bodies, scale of the tolerance of velocities [m/s]
     largest_speeds: Vector
     largest_states: Vector  # (n_q - n_b,) largest absolute values so far of the states of controls
 

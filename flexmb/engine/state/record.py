@@ -1,7 +1,5 @@
 """Record of a run in the compiled loop: saved instants, peaks, counters, codes; options, kept poses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexmb.engine.compiled.records import LARGEST, Flags, Integers, IntegerTable, Matrix, Record, Vector

@@ -24,11 +24,8 @@ PAST_OF_QUADRATIC = 2  # number of states before the accepted one that a quadrat
 
 @compiled
 def save_instants(tables, address, options, flow, trial, work, record):
-    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
-
-    The buffer must then be emptied, and `save_instants` called again before the next step.  `trial` and `work` are
-    overwritten.
-    """
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when that is full."""
+    # It must then be emptied, and this function called again before the next step. `trial`, `work` are overwritten.
     s = save_ends(options, flow, record)
     while s < 1.0:
         # All signals at fraction s of the last step, in `record.within`.
@@ -187,7 +184,11 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
     if not options.adaptive:
         note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
-    exact = exact or extremum_is_watched(record) or end_is_saved(options, flow, record)
+    for k in range(record.places.shape[0]):  # a stop condition may watch a signal that has a place
+        place, of = record.places[k, codes.PLACE], record.places[k, codes.OF_PEAK]
+        for w in range(record.watched.shape[0]):
+            exact = exact or record.watched[w] == of or record.watched[w] == place
+    exact = exact or end_is_saved(options, flow, record)
     report_step(tables, address, exact, flow, work, record)
     return ending(save_instants(tables, address, options, flow, trial, work, record), flow, record)
 
@@ -210,11 +211,8 @@ def ending(saved, flow, record):
         return saved
     if buffer_may_overflow(flow, record):
         return codes.BUFFER_FULL
-    return (
-        balance.check_balance(flow.ledger, flow.balance)
-        if flow.balance.steps >= balance.STEPS_BEFORE_CHECK
-        else codes.RUNNING
-    )
+    is_checked = flow.balance.steps >= balance.STEPS_BEFORE_CHECK
+    return balance.check_balance(flow.ledger, flow.balance) if is_checked else codes.RUNNING
 
 
 @compiled
@@ -277,17 +275,6 @@ def condition_met(record):
         if sign * (record.last_signals[place] - level) < 0.0 and sign * (record.signals[place] - level) >= 0.0:
             record.count.condition = k + 1
             return True
-    return False
-
-
-@compiled
-def extremum_is_watched(record):
-    """Whether a stop condition watches a signal that has a place."""
-    for k in range(record.places.shape[0]):
-        place, of = record.places[k, codes.PLACE], record.places[k, codes.OF_PEAK]
-        for w in range(record.watched.shape[0]):
-            if record.watched[w] == of or record.watched[w] == place:
-                return True
     return False
 
 

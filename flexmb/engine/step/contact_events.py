@@ -2,8 +2,7 @@
 
 A step across an onset has the contact force for too long or not at all.  So a step that would close a gap is shortened
 to end just before the onset, and the contact begins with a step that resolves its impact.  After the separation the
-motion goes on with the step size of the free flight before.  Impacts slower than the tolerance of velocities are not
-resolved.
+steps are those of the free flight before.  Impacts slower than the tolerance of velocities are not resolved.
 """
 
 import math
@@ -21,11 +20,9 @@ from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
 from flexmb.program import program as at
 from flexmb.program.program import Addresses, Program, Tables
 
-# Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
-# [J].
+# Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N], depth [m], losses [J].
 START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
-# Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on the columns of
-# `Flow.episodes`.
+# Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on as `Flow.episodes`.
 CONTACT, MODE, END, SEPARATION, CARRIED = range(5)
 IMPACT, LASTING = 1.0, 2.0  # modes of a contact interval, as in the signal `mode`
 # Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound.
@@ -69,8 +66,7 @@ def update_episodes(tables, h, options, flow, work, record):
 @compiled
 def write_episode(c, h, phase, gap, rate, k, flow, record):
     """Record the interval of contact c, which ended in this step, in a row of the buffer; k : place of its history."""
-    row = record.count.episodes
-    gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+    row, gap0, rate0 = record.count.episodes, flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     record.episodes[row, CONTACT] = c
@@ -290,8 +286,7 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
         if flow.impacts[c, FORCE_JUMPS] != 0.0:  # half of the jump acts all over the step that crosses it
             return h if h <= 4.0 * JUMP_STEP_FRACTION * step else step_across_jump(arrival, step)
         return min(h, step) if is_known or h > 0.5 * step else 0.5 * arrival
-    # the contact force delayed the onset of the trial: each rejection goes back further, and no further on than free
-    # flight would
+    # the contact force delayed the onset of the trial: each rejection goes back further, not beyond that of free flight
     ahead, _ = predicted_onset(tables, c, flow)
     margin = 0.5 * ONSET_TOLERANCE * step * 4.0**flow.clock.rejected_trials
     return min(h, max(min(arrival, ahead) - margin, 0.5 * arrival))
@@ -430,8 +425,7 @@ def update_impacts(tables, address, h, options, flow, trial, work):
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
             if gap0 <= 0.0 and rate > slow_approach_speed(c, flow, trial):
-                restarts = True
-                flow.clock.contact_step = 0.0
+                restarts, flow.clock.contact_step = True, 0.0
         elif gap0 > 0.0:
             restarts = restarts or flow.impacts[c, FORCE_JUMPS] != 0.0
             flow.impacts[c, FORCE_JUMPS] = 0.0

@@ -59,8 +59,7 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
     # Unknowns are a and the change of the multipliers, so that held multipliers keep their last values. fraction : time
     # since the start of the step over h;  load : (n_q + 3,) forces beside those of the model [N, N m]
     # Equations (1.3) and (1.11) of docs/theory/equations_of_motion.md.
-    n, m = tables.sizes.n_q, tables.sizes.n_c
-    hold, lost = jacobian_reuse.initial_hold(flow), ROWS_HELD
+    n, m, hold, lost = tables.sizes.n_q, tables.sizes.n_c, jacobian_reuse.initial_hold(flow), ROWS_HELD
     while lost == ROWS_HELD:
         q, v, still = trial.q, trial.v, stages.zero
         evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
@@ -91,8 +90,7 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
 @compiled
 def project_state(tables, address, lu, t, h, options, flow, trial, work, record, stages):
     """Project positions, then velocities, onto the constraints, with least kinetic energy."""
-    n, m = tables.sizes.n_q, tables.sizes.n_c
-    level, hold = 0, jacobian_reuse.initial_hold(flow)
+    n, m, level, hold = tables.sizes.n_q, tables.sizes.n_c, 0, jacobian_reuse.initial_hold(flow)
     while level < PROJECTIONS:
         evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count.evaluations += 1
@@ -127,8 +125,7 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
 @compiled
 def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, record, stages):
     """Try a step under a constant load; RUNNING, or the code of the failure."""
-    n, m = tables.sizes.n_q, tables.sizes.n_c
-    t = flow.clock.t
+    n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     copy(flow.q, trial.q)
     copy(flow.v, trial.v)
     copy(flow.lam, trial.lam)

@@ -18,7 +18,6 @@ FLIGHT_WEIGHT = 10.0  # factor of the error of positions in free flight
 # Rigid mechanisms without contacts hardly take smaller steps. Their velocities would allow longer ones, with a residual
 # of 2e-6 in the balance of energies.
 SMOOTH_STEPS, LARGEST_STEPS = 1000.0, 250.0
-
 FIRST_STEP = 1e-3  # first step of a run over the largest one; the error estimate lets it grow
 # Step over the fixed one, below which the next one is a starting step: accelerations of so short a step are round-off.
 SHORT_STEP = 1e-3
@@ -66,9 +65,7 @@ class Adaptive(Input):
     atol: float | None = field("accepted error of the positions in a step", "m", positive, default=None)
     max: float | None = field("largest step", "s", positive, default=None)
     min: float | None = field("smallest step; a run that needs a smaller one ends", "s", positive, default=None)
-    impact_steps: int | None = field(
-        "least number of steps from the onset to the end of an impact", rule=count(), default=None
-    )
+    impact_steps: int | None = field("least number of steps from onset to end of an impact", rule=count(), default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -22,15 +22,17 @@ COORDINATE_DIFFERENCE = 1e-6
 @compiled
 def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
     """Outputs of all controls in work.output; residuals of their states in work.r, tangents in work.lu if `matrix`."""
-    # Sampled controls keep their outputs.
     C = tables.controls
     for c in range(C.kernel.shape[0]):
-        if C.z[c, at.END] > C.z[c, at.BEGIN]:
-            hold_outputs(tables, c, z, work)
+        n_x, n_y = C.states[c], C.output[c + 1] - C.output[c]
+        if C.z[c, at.END] > C.z[c, at.BEGIN]:  # a sampled control keeps its states and outputs
+            for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
+                work.z_new[i] = z[i]
+            for k in range(n_y):
+                work.output[C.output[c] + k] = z[C.z[c, at.END] - n_y + k]
             continue
         read_inputs(tables, address, c, t, q, v, work)
         call_law(tables, address, c, t, work)
-        n_x, n_y = C.states[c], C.output[c + 1] - C.output[c]
         for k in range(n_y):
             work.output[C.output[c] + k] = work.law[n_x + k]
         dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
@@ -51,17 +53,6 @@ def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
 def threes(n):
     """The next multiple of three from n on: states stand in nodes of three coordinates."""
     return (n + 2) // 3 * 3
-
-
-@compiled
-def hold_outputs(tables, c, z, work):
-    """Keep states and outputs of a sampled control."""
-    C = tables.controls
-    for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
-        work.z_new[i] = z[i]
-    n_y = C.output[c + 1] - C.output[c]
-    for k in range(n_y):
-        work.output[C.output[c] + k] = z[C.z[c, at.END] - n_y + k]
 
 
 @compiled

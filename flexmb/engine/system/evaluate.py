@@ -53,8 +53,7 @@ def element_stiffness(tables, address, e, n, q, v, z, work):
 @compiled
 def turned_entry(dofs, n, K, i, j):
     """Entry (i, j) of S K - K S of an element with coordinates dofs (n,)."""
-    value = 0.0
-    row, column = dofs[i] % COORDINATES, dofs[j] % COORDINATES
+    value, row, column = 0.0, dofs[i] % COORDINATES, dofs[j] % COORDINATES
     if row == 0:
         value -= K[(i + 1) * n + j]
     elif row == 1:
@@ -79,24 +78,10 @@ def has_pairs(dofs, n):
 
 
 @compiled
-def turn_of(dofs, n, size, K, slope):
-    """phi of an element with stiffness K and its slope (n n,); size (n_q + 3,): lengths by coordinates."""
-    product, square, whole = 0.0, 0.0, 0.0
-    for i in range(n):
-        for j in range(n):
-            scale = size[dofs[i]] * size[dofs[j]]
-            turned = turned_entry(dofs, n, K, i, j) / scale
-            product += turned * slope[i * n + j] / scale
-            square += turned * turned
-            whole += (K[i * n + j] / scale) ** 2
-    return product / square if square > ISOTROPIC * ISOTROPIC * whole else 0.0
-
-
-@compiled
 def add_turns(tables, address, behind, q, ahead, v, stride, z, size, given, K, slope, work):
     """Set work.lu to the sum of phi (S K - K S) over all elements."""
     # behind, q, ahead : coordinates (n_q + 3,), a stride apart; v : zeros (n_q + 3,). given : (elements,) phi where it
-    # is known, nan where it is not. K, slope : room for the matrices of an element.
+    # is known, nan where it is not; size : (n_q + 3,) lengths by coordinates. K, slope : room for those of an element.
     E = tables.elements
     work.lu[:] = 0.0
     for e in range(E.p.shape[0]):
@@ -112,7 +97,17 @@ def add_turns(tables, address, behind, q, ahead, v, stride, z, size, given, K, s
         element_stiffness(tables, address, e, n, q, v, z, work)
         for i in range(n * n):
             K[i] = work.Kl[i]
-        phi = given[e] if given[e] == given[e] else turn_of(dofs, n, size, K, slope)
+        phi = given[e]
+        if given[e] != given[e]:
+            product, square, whole = 0.0, 0.0, 0.0
+            for i in range(n):
+                for j in range(n):
+                    scale = size[dofs[i]] * size[dofs[j]]
+                    turned = turned_entry(dofs, n, K, i, j) / scale
+                    product += turned * slope[i * n + j] / scale
+                    square += turned * turned
+                    whole += (K[i * n + j] / scale) ** 2
+            phi = product / square if square > ISOTROPIC * ISOTROPIC * whole else 0.0
         positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
         for i in range(n):
             for j in range(n):

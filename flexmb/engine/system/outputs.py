@@ -70,8 +70,7 @@ def _measured(tables, address, t, q, v, a, work, peak, exact, y):
     S = tables.measured
     for k in range(S.angle.shape[0]):
         first, second, out = S.angle[k, FIRST], S.angle[k, SECOND], S.angle_out[k]
-        y[out] = q[second] - q[first] - tables.p[S.angle_p[k, BEGIN]]
-        y[out + 1] = v[second] - v[first]
+        y[out], y[out + 1] = q[second] - q[first] - tables.p[S.angle_p[k, BEGIN]], v[second] - v[first]
     for k in range(S.kernel.shape[0]):
         m, out = _gathered(tables, k, q, v, a, work), S.out[k]
         if S.kernel[k] < 0:
@@ -126,8 +125,7 @@ def _reaction(p, C, c, i, v, work, y):
         place, force = C.reaction_places[k], 0.0
         for row in range(C.row[c], C.row[c + 1]):
             force += work.G[C.pos_g[c] + (row - C.row[c]) * n + place] * work.drive[row, columns.DRIVE_FORCE]
-        dof = C.dofs[C.dof[c] + place]
-        total += force * v[dof] if C.reaction_power[i] > 0 else force
+        total += force * v[C.dofs[C.dof[c] + place]] if C.reaction_power[i] > 0 else force
     return total
 
 

@@ -266,7 +266,12 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
             elif kind == at.OUTPUT:
                 u[j] = outputs[what]
             else:
-                read = _reading(program, s, c, kind, int(C.input[c]) + j, np.array(bounds))
+                name, given = "motion", tuple[Any, ...]((_numbers(program, np.array(bounds)), s.t))
+                if kind == at.MEASURED:
+                    place = int(C.input[c]) + j
+                    dofs = C.source_dofs[C.source_dof[place] : C.source_dof[place + 1]]
+                    name, given = "signal", (*given, s.q[dofs], s.v[dofs], np.zeros(len(dofs)))
+                read = _Call(program.controls[c], _kernel(program, name, what), given)
                 yield read
                 values, raised = read.run()
                 u[j] = np.nan if raised else values[1 if kind == at.MOTION_SPEED else 0]
@@ -276,17 +281,6 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
         yield law
         law.run()
         outputs[begin:end] = y
-
-
-def _reading(program: Program, s: Instant, c: int, kind: int, j: int, bounds: np.ndarray) -> _Call:
-    """Call of the motion or the signal that is input j of control c."""
-    C = program.tables.controls
-    what, p = C.source[j, at.SOURCE_NUMBER], _numbers(program, bounds)
-    if kind != at.MEASURED:
-        return _Call(program.controls[c], _kernel(program, "motion", what), (p, s.t))
-    dofs = C.source_dofs[C.source_dof[j] : C.source_dof[j + 1]]
-    state = s.q[dofs], s.v[dofs], np.zeros(len(dofs))
-    return _Call(program.controls[c], _kernel(program, "signal", what), (p, s.t, *state))
 
 
 def _element_calls(program: Program, s: Instant) -> Iterator[_Call]:
@@ -326,15 +320,13 @@ def _constraint_calls(program: Program, s: Instant) -> Iterator[_Call]:
             yield _Call(part, load, (p, q, lam, out, np.zeros((n, n))))
             z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
             slip, law = float(out[SLIDING : SLIDING + 6] @ v[:6]), C.joint_friction[c, at.SLIDING_LAW]
-            arguments = law_p, s.h, slip, float(out[LOAD]), z, z.copy()
-            yield _Call(part, _kernel(program, "friction", law), arguments)
+            yield _Call(part, _kernel(program, "friction", law), (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
 
 
 def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:
     K, names = program.tables.contacts, program.names.contacts
     for k in range(len(K.kernel)):
-        dofs, places, z = K.dofs[6 * k : 6 * k + 6], K.p[k], K.z[k]
-        out = np.zeros(GAP_SIZE)
+        dofs, places, z, out = K.dofs[6 * k : 6 * k + 6], K.p[k], K.z[k], np.zeros(GAP_SIZE)
         gap, normal, friction = (
             _kernel(program, kind, K.kernel[k, column])
             for kind, column in (("gap", at.GAP_KERNEL), ("normal", at.NORMAL_LAW), ("friction", at.FRICTION_LAW))

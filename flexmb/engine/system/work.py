@@ -1,7 +1,5 @@
 """Workspace of an evaluation, allocated once for all steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from functools import wraps
 from typing import Any, TypeVar
@@ -14,8 +12,6 @@ from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
 from flexmb.program.program import FOUR_SIZE, Program
-
-# Templates of records of zeros, remembered for each structure of programs
 
 R = TypeVar("R", bound=Record)
 _TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary()
@@ -33,9 +29,7 @@ def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **
 
 def from_template(make: Callable[[Program], R]) -> Callable[..., R]:
     """Decorator of a function whose record depends on the structure of a program alone; also with inner `records`."""
-    return wraps(make)(
-        lambda program, **inner: new_from_template(program, make.__name__, lambda: make(program), **inner)
-    )
+    return wraps(make)(lambda program, **own: new_from_template(program, make.__name__, lambda: make(program), **own))
 
 
 # Values of a list of coordinates, gathered for one element, signal or control

@@ -24,13 +24,11 @@ from flexmb.program.program import Program
 class RigidMotion:
     """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body."""
 
-    # States of controls, which stand behind the coordinates of the bodies, have no part in these motions. Poses may
-    # hold them or not.
+    # States of controls, behind the coordinates of the bodies, have no part in these motions. Poses may hold them.
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        n_b = program.tables.sizes.n_b
-        self.body = np.asarray(program.reference.body[:n_b:3])  # of each node
+        self.body = np.asarray(program.reference.body[: program.tables.sizes.n_b : 3])  # of each node
         self.turns = np.asarray(program.reference.turns)[: len(self.body)]
         self.count = len(program.names.bodies)
         self.sizes = np.tile([program.length, program.length, 1.0], self.count)  # of w
@@ -64,8 +62,7 @@ class RigidMotion:
         """Coordinates after the bodies have moved by w (finite rotations)."""
         n, shift = 3 * len(self.body), w.reshape(-1, 3)[self.body]
         pose = q[:n].reshape(-1, 3)
-        centre = pose[self.first[self.body]]
-        c, s = np.cos(shift[:, 2]), np.sin(shift[:, 2])
+        centre, c, s = pose[self.first[self.body]], np.cos(shift[:, 2]), np.sin(shift[:, 2])
         dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
         x, y = centre[:, 0] + shift[:, 0] + c * dx - s * dy, centre[:, 1] + shift[:, 1] + s * dx + c * dy
         return np.append(np.column_stack([x, y, pose[:, 2] + self.turns * shift[:, 2]]).ravel(), q[n:])
@@ -141,8 +138,7 @@ class Pose:
 def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) -> Pose:
     """Close all joints from the reference configuration, with ideal joints for contacts and rigid bodies.
 
-    The drives move from the reference configuration to their positions in small strides, so that every loop keeps its
-    branch.
+    The drives move from the reference configuration to their positions in small strides: every loop keeps its branch.
 
     Parameters
     ----------
@@ -193,26 +189,23 @@ def _newton(
     program: Program, system: StateEvaluation, rigid: RigidMotion, q: np.ndarray, shift: np.ndarray, t: float
 ) -> tuple[np.ndarray, float]:
     """Solve g + shift = 0 by least movements of the bodies; return the pose and its largest gap."""
-    wanted = CLOSED_GAP * program.length
-    gap, best = np.inf, np.inf
+    wanted, gap, best = CLOSED_GAP * program.length, np.inf, np.inf
     for _ in range(MOST_ITERATIONS):
         system.at(q, t=t)
         g = system.residual + shift
         gap = float(np.abs(g).max()) if len(g) else 0.0
         if gap <= wanted:
             return q, gap
-        best = min(best, gap)
-        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
+        best, w = min(best, gap), least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
         largest = np.abs(w / rigid.sizes).max(initial=0.0)
         q = rigid.moved(q, w * (LARGEST_MOVE / largest) if largest > LARGEST_MOVE else w)
     if gap <= 1e3 * wanted:
         return q, gap
     worst = sorted(by_part(program, g).items(), key=lambda item: -item[1])[:4]
     listed = ", ".join(f"{name!r} by {value:.4g}" for name, value in worst)
-    raise AssemblyError(
-        f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst). "
-        "Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
-    )
+    text = f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst)."
+    text += " Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
+    raise AssemblyError(text)
 
 
 def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:

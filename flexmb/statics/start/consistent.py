@@ -72,28 +72,21 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
     extra = len(surplus_rows(StateEvaluation(program).at(q, t=t).blocks[1]))
     if extra == 0:
         return 0
-    try:
-        further = neighbouring_pose(closed, q, t)
-    except AssemblyError:
-        return 0
-    return extra if len(surplus_rows(StateEvaluation(program).at(further, t=t).blocks[1])) == extra else 0
-
-
-def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
-    """A closed pose near q, drives moved as well, in a direction without symmetry."""
-    rigid, rows = RigidMotion(closed), drive_rows(closed)
-    system = StateEvaluation(closed).at(q, t=t)
+    # The pose beside it is closed, the drives are moved as well, in a direction without symmetry.
+    rigid, rows, system = RigidMotion(closed), drive_rows(closed), StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
     ways = scipy.linalg.null_space(A[np.setdiff1d(np.arange(closed.n_c), list(rows.values()))], rcond=RANK_TOLERANCE)
-    if ways.shape[1] == 0:
-        return q
-    w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
-    aside = rigid.moved(q, POSE_SHIFT * w / np.abs(w).max())
-    system.at(aside, t=t)
-    motion = system.work.drive[closed.tables.constraints.motion >= 0, MOTION]
-    # where the drives stand now
-    target = {name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)}
-    return close_loops(closed, target, start=aside, t=t)[0]
+    if ways.shape[1]:
+        w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
+        q = rigid.moved(q, POSE_SHIFT * w / np.abs(w).max())
+        motion = system.at(q, t=t).work.drive[closed.tables.constraints.motion >= 0, MOTION]
+        # where the drives stand now
+        target = {name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)}
+        try:
+            q = close_loops(closed, target, start=q, t=t)[0]
+        except AssemblyError:
+            return 0
+    return extra if len(surplus_rows(StateEvaluation(program).at(q, t=t).blocks[1])) == extra else 0
 
 
 def least_norm(
@@ -178,8 +171,18 @@ def consistent_start(
     check_massless(mechanism, program, with_states(program, q, q)[0])
     v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
     q, v = with_states(program, q, v)
-    if program.settled:
-        v = settled_states(system, q, v, t)
+    if program.settled:  # states of controls in which their rates are 0, by Newton's method
+        v, dofs = v.copy(), np.array(program.settled)
+        for _ in range(MOST_FRICTION_ITERATIONS):
+            rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
+            shift = np.linalg.lstsq(plain(system.blocks[0])[np.ix_(dofs, dofs)], rate, rcond=None)[0]
+            v[dofs] -= shift
+            if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
+                break
+        else:
+            names = ", ".join(repr(program.names.coordinates[k]) for k in dofs)
+            text = f"Mechanism {program.name!r}: no start values of {names} make their rates 0."
+            raise SolveError(f"{text} Give start values.")
     a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
     return Start(q, v, a, lam, extra)
 
@@ -190,20 +193,6 @@ def with_states(program: Program, q: np.ndarray, v: np.ndarray) -> tuple[np.ndar
     if len(states) == 0 or len(q) == program.n_q:
         return q, v
     return np.append(q, np.zeros(len(states))), np.append(v, states)
-
-
-def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
-    """Velocities (n_q,) in which the rates of some states of controls are 0, by Newton's method."""
-    v, dofs = v.copy(), np.array(system.program.settled)
-    for _ in range(MOST_FRICTION_ITERATIONS):
-        rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
-        shift = np.linalg.lstsq(plain(system.blocks[0])[np.ix_(dofs, dofs)], rate, rcond=None)[0]
-        v[dofs] -= shift
-        if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
-            return v
-    names = ", ".join(repr(system.program.names.coordinates[k]) for k in dofs)
-    text = f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0."
-    raise SolveError(f"{text} Give start values.")
 
 
 def check_independent(
@@ -319,8 +308,7 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
 
 def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
     """The w of least w^T inertia w that minimises |A w - b|; rows of A may depend on one another."""
-    n, m = A.shape[1], A.shape[0]
-    scale = max(float(inertia.max()), 1e-300)
+    n, m, scale = A.shape[1], A.shape[0], max(float(inertia.max()), 1e-300)
     if m <= n:
         found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
@@ -340,8 +328,7 @@ def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
     # 1e-8 of the contradiction is left.
     m, n = A.shape
     whole = sp.block_array([[inertia + NO_ENERGY * sp.eye_array(n), A.T], [A, -YIELD * sp.eye_array(m)]])
-    factors = sp.linalg.splu(whole.tocsc())
-    w, s, before = np.zeros(n), np.zeros(m), np.inf
+    factors, w, s, before = sp.linalg.splu(whole.tocsc()), np.zeros(n), np.zeros(m), np.inf
     for _ in range(MOST_ROUNDS):
         found: np.ndarray = factors.solve(np.concatenate([np.zeros(n), b - YIELD * s]))
         change, w = float(np.abs(found[:n] - w).max(initial=0.0)), found[:n]
