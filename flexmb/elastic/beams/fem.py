@@ -261,7 +261,9 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
     l = np.hypot(dx, dy)
     c, s = dx / l, dy / l
     angles = start[:, 2] + beam.start_angle, end[:, 2] + beam.end_angle
-    return Deformation(l, c, s, *(_rotation(angle, c, s) for angle in angles))
+    ends = ((np.cos(angle), np.sin(angle)) for angle in angles)
+    # less the direction of the chord, in (-pi, pi]
+    return Deformation(l, c, s, *(np.arctan2(st * c - ct * s, ct * c + st * s) for ct, st in ends))
 
 
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
@@ -304,12 +306,6 @@ def section_forces(
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """E I of the section, (m,) [N m2], linear between the ends."""
     return np.asarray(np.interp(xi, (0.0, 1.0), beam.ei))
-
-
-def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """theta less the direction of the chord, in (-pi, pi]."""
-    ct, st = np.cos(theta), np.sin(theta)
-    return np.asarray(np.arctan2(st * c - ct * s, ct * c + st * s))
 
 
 def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:

@@ -86,7 +86,16 @@ def read_lines(path: str | PathLike[str]) -> LineMesh:
     on_line[edges] = True
     vertices = [block.data.ravel() for block in mesh.cells if block.type == "vertex"]
     single[np.concatenate([*vertices, np.zeros(0, dtype=np.int64)])] = True
-    keep, tags = on_line | ~single, _tags(file, mesh, len(edges))
+    keep, tags = on_line | ~single, np.zeros(len(edges), dtype=np.int64)
+    name = next((name for name in TAG_NAMES if name in mesh.cell_data), None)
+    if name is not None:
+        values = np.asarray(mesh.get_cell_data(name, "line"))
+        # a file may hold several numbers a cell, or fractions, under any name
+        numbers = values.shape == tags.shape and np.issubdtype(values.dtype, np.number)
+        if not numbers or np.any(values != np.round(values)):
+            text = f"{file}: cell data {name!r} are not one whole number for each line"
+            raise FileFormatError(f"{text}. Give one number a line under this name, or export the mesh without it.")
+        tags = values.astype(np.int64)
     return LineMesh(points[keep], (np.cumsum(keep) - 1)[edges], tags, name=str(file))
 
 
@@ -165,19 +174,6 @@ def plane_points(file: Path, points: Any) -> Array:
         text = f"{file}: z spreads over {np.ptp(xyz[:, 2]):g} m; flexmb is plane, all z must be equal"
         raise FileFormatError(f"{text}. Turn the mesh into the x-y plane.")
     return np.ascontiguousarray(xyz[:, :2])
-
-
-def _tags(file: Path, mesh: Any, n: int) -> Indices:
-    """Tags of lines, of the first cell data of `TAG_NAMES` that a file has."""
-    name = next((name for name in TAG_NAMES if name in mesh.cell_data), None)
-    if name is None:
-        return np.zeros(n, dtype=np.int64)
-    values = np.asarray(mesh.get_cell_data(name, "line"))
-    # a file may hold several numbers a cell, or fractions, under any name
-    if values.shape != (n,) or not np.issubdtype(values.dtype, np.number) or np.any(values != np.round(values)):
-        text = f"{file}: cell data {name!r} are not one whole number for each line"
-        raise FileFormatError(f"{text}. Give one number a line under this name, or export the mesh without it.")
-    return values.astype(np.int64)
 
 
 def extent(points: Array) -> float:

@@ -183,16 +183,7 @@ def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> 
     return found
 
 
-def _require_used(label: str, points: Array, cells: Indices) -> None:
-    used = np.zeros(len(points), dtype=bool)
-    used[cells] = True
-    if not used.all():
-        bad = int(np.argmin(used))
-        text = f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
-        raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
-
-
-def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
+def _require_sound_cells(label: str, points: Array, cells: Indices, kind: str) -> None:
     corners = np.sort(cells[:, : KINDS[kind].corners], axis=1)
     _, first, inverse, counts = np.unique(corners, axis=0, return_index=True, return_inverse=True, return_counts=True)
     if counts.max() > 1:
@@ -201,9 +192,6 @@ def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
         place = _of_cell(points, cells[second])
         text = f"{label}: cells {int(first[bad])} and {second} have the same corners at {place}"
         raise InputError(f"{text}; {int((counts > 1).sum())} such pairs in all. Delete one of each.")
-
-
-def _require_upright(label: str, points: Array, cells: Indices, kind: str) -> None:
     corners = points[cells[:, : KINDS[kind].corners]]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     least = jacobians(points, cells, kind).min(axis=1)
@@ -232,7 +220,7 @@ def _remedy_of_cell(corners: Array, *, all_wrong: bool) -> str:
     return "Mesh the outline with smaller cells there, or with straight edges."
 
 
-def _require_two_cells(label: str, points: Array, edges: Edges) -> None:
+def _require_one_body(label: str, points: Array, cells: Indices, edges: Edges) -> None:
     if edges.counts.max() > 2:
         bad = int(np.argmax(edges.counts))
         i, j = edges.nodes[bad, :2].tolist()
@@ -243,9 +231,6 @@ def _require_two_cells(label: str, points: Array, edges: Edges) -> None:
         (i, j), (a, b) = edges.nodes[bad, :2].tolist(), edges.cells[bad].tolist()
         text = f"{label}: cells {a} and {b} lie on the same side of the edge between nodes {i} and {j} "
         raise InputError(f"{text}at {at(points, i)}, so they overlap. Delete one of them.")
-
-
-def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) -> None:
     inner = edges.cells[edges.counts == 2]
     n = len(cells)
     links = coo_array((np.ones(len(inner), dtype=np.int8), (inner[:, 0], inner[:, 1])), shape=(n, n))
@@ -259,7 +244,7 @@ def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) 
         raise InputError(f"{text}. Merge nodes at the same place, mesh the pieces as one, or make one body of each.")
 
 
-def _require_no_hanging_nodes(label: str, points: Array, edges: Edges) -> None:
+def _require_conforming(label: str, points: Array, edges: Edges) -> None:
     boundary = edges.boundary
     nodes = np.unique(boundary)
     a, b = points[boundary[:, 0]], points[boundary[:, 1]]
@@ -276,10 +261,7 @@ def _require_no_hanging_nodes(label: str, points: Array, edges: Edges) -> None:
                 text = f"{label}: node {bad} at {at(points, bad)} lies on the edge between nodes {i} and {j}, "
                 text += "whose cell does not have it, so the body would gape there"
                 raise InputError(f"{text}. Mesh both sides with the same nodes.")
-
-
-def _require_simple_boundary(label: str, points: Array, edges: Edges) -> None:
-    counts = np.bincount(edges.boundary[:, 0], minlength=len(points))
+    counts = np.bincount(boundary[:, 0], minlength=len(points))
     if counts.max() > 1:
         bad = int(np.argmax(counts))
         text = f"{label}: the body touches itself at node {bad} at {at(points, bad)} alone, like a hinge"
@@ -356,14 +338,18 @@ class PlaneMesh:
             object.__setattr__(self, name, value)
         # the cells must be a decomposition of one connected body
         edges = self.edges
-        _require_used(label, points, cells)
+        used = np.zeros(len(points), dtype=bool)
+        used[cells] = True
+        if not used.all():
+            bad = int(np.argmin(used))
+            text = (
+                f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
+            )
+            raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
         require_distinct(label, points, "cells")
-        _require_once(label, points, cells, self.kind)
-        _require_upright(label, points, cells, self.kind)
-        _require_two_cells(label, points, edges)
-        _require_one_piece(label, points, cells, edges)
-        _require_no_hanging_nodes(label, points, edges)
-        _require_simple_boundary(label, points, edges)
+        _require_sound_cells(label, points, cells, self.kind)
+        _require_one_body(label, points, cells, edges)
+        _require_conforming(label, points, edges)
 
     @property
     def label(self) -> str:
@@ -515,7 +501,6 @@ class PlaneMesh:
         middles = self.points[edges].mean(axis=1)
         own = {name: _pairs_in(edges, self.edges_in(name), n) for name in self.sets}
         for name in rounds:
-            self.set_of(name)
             # Centre and radius [m] of the circle on which the nodes of a set lie, or `InputError`
             points = self.points[self.set_of(name)]
             mean = points.mean(axis=0)
@@ -575,9 +560,7 @@ def _centre_of_circle(points: Array) -> Array | None:
     A = np.column_stack([2.0 * points, np.full(len(points), scale)])
     found, _, rank, _ = np.linalg.lstsq(A / scale, (points**2).sum(axis=1) / scale, rcond=1e-9)
     radii = np.linalg.norm(points - found[:2], axis=1)
-    if rank < 3 or np.ptp(radii) > ON_CIRCLE * radii.mean():
-        return None
-    return np.asarray(found[:2])
+    return None if rank < 3 or np.ptp(radii) > ON_CIRCLE * radii.mean() else np.asarray(found[:2])
 
 
 Value = TypeVar("Value")

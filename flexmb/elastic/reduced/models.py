@@ -7,7 +7,7 @@ the arc and uk the rotation of the end k against the chord.  It is what the elem
 """
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
@@ -167,7 +167,18 @@ class BeamModel:
         self.nodes = (*self.pins, *own.values())
         self.place = {node.name: 3 * k for k, node in enumerate(self.nodes)}
         self.size = 3 * len(self.nodes)
-        self.elements = tuple(self._elements())
+        self.elements: list[Element] = []
+        for beam in body.beams:
+            data, angles = matrices(beam), chord_directions(beam)
+            unstressed = unstressed_shape(beam, data)
+            starts = [self._own(point) for point in beam.points]
+            for k, ends in enumerate(pairwise(beam.nodes)):
+                c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
+                turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+                places = np.concatenate([self.place[name] + np.arange(3) for name in ends])
+                chord = float(data.lengths[k]) * chord_share(2.0 * unstressed[k, 2])
+                own_shape = places, turn, np.array(starts[k]), chord, unstressed[k, 1:]
+                self.elements.append(Element(*own_shape, beam, data, k))
 
     def _own(self, point: tuple[float, float]) -> tuple[float, float]:
         """A point in the axes of the first pin."""
@@ -181,19 +192,6 @@ class BeamModel:
             body.label, self.pins, stiffness, *self._samples(), *self._turns(), self._stress_stiffness, body.damping,
             self.origin, self.direction, *self._outline(), stresses, body.mass_damping,
         )  # fmt: skip
-
-    def _elements(self) -> Iterator[Element]:
-        """All elements."""
-        for beam in self.body.beams:
-            data, angles = matrices(beam), chord_directions(beam)
-            unstressed = unstressed_shape(beam, data)
-            starts = [self._own(point) for point in beam.points]
-            for k, ends in enumerate(pairwise(beam.nodes)):
-                c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
-                turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
-                places = np.concatenate([self.place[name] + np.arange(3) for name in ends])
-                chord = float(data.lengths[k]) * chord_share(2.0 * unstressed[k, 2])
-                yield Element(places, turn, np.array(starts[k]), chord, unstressed[k, 1:], beam, data, k)
 
     def _assembled(self, blocks: Iterable[Array]) -> Sparse:
         """Sum of element matrices (6, 6), each in the axes of its element."""

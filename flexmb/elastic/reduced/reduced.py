@@ -16,7 +16,7 @@ from flexmb import arguments, checks, planar
 from flexmb.elastic.planes.loads import NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
-from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
+from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis
 from flexmb.elastic.reduced.kernel import REDUCED
 from flexmb.elastic.reduced.models import Reducible, attachable, key_of, model_of, pins_of, place_of
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
@@ -64,12 +64,8 @@ BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
 GROUPS: Kept[tuple[float, ...]] = Kept()
 FRAMES = ("chord", "pin")
+PIN_NAMES = Rule(lambda label, name, value, *_: checks.sequence(label, name, value, "names of pins"))
 ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place
-
-
-def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:
-    """Names of pins as a tuple, or `InputError`."""
-    return checks.sequence(label, name, value, "names of pins")
 
 
 def ratios(label: str, name: str, value: Any, *_: str) -> float | tuple[float, ...]:
@@ -131,7 +127,7 @@ class Reduced(MeshBody):
     _: KW_ONLY
     name: str = field("its name; None: that of the body", default=None, kw_only=True)
     up_to: float | None = field("frequency up to which all of them are kept", "Hz", positive, default=None)
-    pins: Sequence[str] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
+    pins: Sequence[str] | None = field("nodes where parts may be attached", rule=PIN_NAMES, default=None)
     frame: str = field('"chord" or "pin", see above', rule=one_of(*FRAMES), default="chord")
     stiffening: bool = field("whether rotation, and forces of the pins, stiffen or soften bending", default=True)
     inertia_shapes: bool = field("whether the static shapes of the own inertia are kept", default=False)
@@ -316,15 +312,10 @@ class Reduced(MeshBody):
     @property
     def moved_by(self) -> MeshShape:
         """Drawing record without a mesh: the nodes of the body, their poses in its axes, weights of its frame."""
-        found, pins = self.basis, len(self._pins)
-        weights = np.zeros((0, 2))
-        if not found.by_pin:
-            weights = np.zeros((len(found.nodes), 2))
-            weights[:pins] = frame_weights(found.nodes[:pins])
-        poses = tuple((node.x, node.y, node.theta) for node in found.nodes)
-        own: dict[str, Any] = {"nodes": tuple(node.name for node in found.nodes), "poses": poses}
-        numbers = tuple((x, y) for x, y in weights.tolist())
-        return MeshShape(self.name, "", points=(), cells=(), loops=(), **own, weights=numbers)
+        nodes, (poses, weights) = self.basis.nodes, self.element.frame_parameters()
+        own: dict[str, Any] = {"nodes": tuple(node.name for node in nodes), "poses": _nested(poses)}
+        own["weights"] = () if self.basis.by_pin else _nested(weights[:, :2])
+        return MeshShape(self.name, "", points=(), cells=(), loops=(), **own)
 
     @property
     def seeks_stress(self) -> bool:
