@@ -15,7 +15,7 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
-from flexmb.elastic.beams.section import Section, checked_factor
+from flexmb.elastic.beams.section import Section
 from flexmb.elastic.beams.stress import outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
@@ -136,12 +136,16 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
     A, b = np.array(columns).T, np.array([mass, *((moment - mass * centre) / radius), inertia / radius**2])
     x = _least_norm_not_negative(A, b, wanted.mass)
     if x is None:
-        raise InputError(
-            f"{label}: mass {wanted.mass:g} kg, inertia {wanted.inertia:g} kg m^2 with the centre of mass at "
-            f"({wanted.centre[0]:.4g}, {wanted.centre[1]:.4g}) m cannot be reached by bosses at the corners: "
-            f"they have {mass:.4g} kg and {inertia:.4g} kg m^2 to add. "
-            f"{_advice(mass, inertia, places, centre)}"
-        )
+        reach = [float((p - centre) @ (p - centre)) for p in places]
+        low, high = mass * min(reach), mass * max(reach)
+        advice = "Check the centre of mass: it must lie between the places where mass can be added."
+        if inertia < low:
+            advice = f"Masses there add at least {low:.4g} kg m^2: give a larger inertia or a lighter beam."
+        elif inertia > high:
+            advice = f"Masses there add about {high:.4g} kg m^2: check the inertia and the centre of mass."
+        text = f"{label}: mass {wanted.mass:g} kg, inertia {wanted.inertia:g} kg m^2 with the centre of mass at "
+        text += f"({wanted.centre[0]:.4g}, {wanted.centre[1]:.4g}) m cannot be reached by bosses at the corners: "
+        raise InputError(f"{text}they have {mass:.4g} kg and {inertia:.4g} kg m^2 to add. {advice}")
     n = len(corners)
     return Bosses(tuple(float(v) for v in x[:n]), float(x[-1]) * radius**2 / n, float(x[n]) if n > 2 else 0.0)
 
@@ -159,17 +163,6 @@ def _least_norm_not_negative(A: np.ndarray, b: np.ndarray, scale: float) -> np.n
         x, _ = scipy.optimize.nnls(A, b)
         good = np.abs(A @ x - b).max() <= 1e-9 * scale
     return x if good else None
-
-
-def _advice(mass: float, inertia: float, places: list[np.ndarray], centre: np.ndarray) -> str:
-    """Advice for values that bosses cannot give."""
-    reach = [float((p - centre) @ (p - centre)) for p in places]
-    low, high = mass * min(reach), mass * max(reach)
-    if inertia < low:
-        return f"Masses there add at least {low:.4g} kg m^2: give a larger inertia or a lighter beam."
-    if inertia > high:
-        return f"Masses there add about {high:.4g} kg m^2: check the inertia and the centre of mass."
-    return "Check the centre of mass: it must lie between the places where mass can be added."
 
 
 # Beams of flexible bodies: nodes, matrices, contributions to the equations of motion, shapes, deflection
@@ -200,8 +193,7 @@ class Beam:
     @property
     def places(self) -> list[float]:
         """Fractions of the length at the nodes."""
-        last = self.stations[-1]
-        return [station / last for station in self.stations]
+        return [station / self.stations[-1] for station in self.stations]
 
     @property
     def points(self) -> list[Point]:
@@ -211,8 +203,7 @@ class Beam:
     @property
     def middles(self) -> list[Point]:
         """Points of the middles of the elements in the reference configuration [m]."""
-        middles = [0.5 * (a + b) for a, b in pairwise(self.places)]
-        return corotational.points(self.start, self.end, self.turn, middles)
+        return corotational.points(self.start, self.end, self.turn, [0.5 * (a + b) for a, b in pairwise(self.places)])
 
 
 def checked_elements(label: str, elements: object) -> Elements:
@@ -225,33 +216,10 @@ def checked_elements(label: str, elements: object) -> Elements:
     return checks.count(label, "elements", elements)
 
 
-def rotary_inertia_of(label: str, value: object, shear: float | None) -> float | None:
-    """Rotary inertia of a `Beam`: 0 for False, None (rho I) for True and for None with shear, or a number [kg m]."""
-    if value is None:
-        value = shear != 0.0
-    if isinstance(value, bool):
-        return None if value else 0.0
-    return checks.not_negative(label, "rotary_inertia", value, "kg m")
-
-
-def shear_of(label: str, value: object, sections: Iterable[Section], poisson: float) -> float | None:
-    """Shear of a `Beam`: 0 for False, None for True where the sections know their shear factors, or a number."""
-    if not isinstance(value, bool):
-        return checked_factor(label, "shear", value)
-    for section in sections if value else ():
-        try:
-            section.shear_factor_at(0.5, poisson)
-        except InputError as error:
-            raise InputError(f"{label}: shear is True, and {error}") from None
-    return None if value else 0.0
-
-
 @lru_cache(maxsize=64)
 def fractions(elements: Elements) -> tuple[float, ...]:
     """Positions of all nodes as fractions of the length."""
-    if isinstance(elements, int):
-        return tuple(i / elements for i in range(elements + 1))
-    return (0.0, *elements, 1.0)
+    return tuple(i / elements for i in range(elements + 1)) if isinstance(elements, int) else (0.0, *elements, 1.0)
 
 
 REMEMBERED = 4096  # number of beams whose matrices are kept besides those of the present call
@@ -354,8 +322,7 @@ def mass_damping_pieces(
 
 def chord_directions(beam: Beam) -> list[float]:
     """Directions of the chords of the elements in the reference configuration [rad]."""
-    middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
-    return corotational.tangents(beam.start, beam.end, beam.turn, middles)
+    return corotational.tangents(beam.start, beam.end, beam.turn, [0.5 * (a + b) for a, b in pairwise(beam.places)])
 
 
 def beam_strains(beam: Beam, nodes: Mapping[str, Node], poses: Sequence[Array]) -> Array:
@@ -416,13 +383,10 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
 
 def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Point) -> list[Contribution]:
     """Contributions of the bosses at the corners and of the mass at their mean."""
-    contributions: list[Contribution] = []
-    for node, mass in zip(corners, bosses.masses, strict=True):
-        if mass or bosses.inertia:
-            contributions.append(node_mass(part, node, mass, bosses.inertia, gravity))
-    if bosses.mean_mass:
-        contributions.append(mean_mass(part, tuple(corners), bosses.mean_mass, gravity))
-    return contributions
+    pairs, found = zip(corners, bosses.masses, strict=True), list[Contribution]()
+    found += [node_mass(part, node, mass, bosses.inertia, gravity) for node, mass in pairs if mass or bosses.inertia]
+    found += [mean_mass(part, tuple(corners), bosses.mean_mass, gravity)] if bosses.mean_mass else []
+    return found
 
 
 def nearest_node(

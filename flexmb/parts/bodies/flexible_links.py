@@ -244,8 +244,7 @@ class FlexibleFrame(FlexibleBody, Edges):
         return self._bosses.mean_mass, (float(mean[0]), float(mean[1])), 0.0
 
     def _fit(self, own: RigidProperties, mass: float) -> flexible.Bosses:
-        inertia = own.inertia if self.inertia is None else self.inertia
-        wanted = RigidProperties(mass, self.centre or own.centre, inertia)
+        wanted = RigidProperties(mass, self.centre or own.centre, own.inertia if self.inertia is None else self.inertia)
         return flexible.fit_bosses(self.label, own, wanted, list(self.points))
 
 

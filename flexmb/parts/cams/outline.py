@@ -240,8 +240,7 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
         # a point at the fraction u of the angle, by the sines of both parts
         half = 2.0 * math.atan(b)
         count = math.ceil(ARC_POINTS * abs(half) / (0.25 * math.pi) - SMOOTH)
-        u = np.arange(count) / count
-        chord = end - start
+        u, chord = np.arange(count) / count, end - start
         far = np.sin(half * u) / math.sin(half)
         turn = -half * (1.0 - u)
         along, across = far * np.cos(turn), far * np.sin(turn)
@@ -265,31 +264,26 @@ class RoundArc:
 
 def rounds(outline: Outline) -> list[list[RoundArc]]:
     """Rounds along an outline; one whose pieces are all convex arcs is a single round."""
-    pieces = _pieces(outline)
+    # Arcs and corners along the outline; True in place of straight pieces, False of hollow arcs and corners
+    n, hollow, pieces = len(outline.points), set(outline.hollow_corners()), list[RoundArc | bool]()
+    for k in range(n):
+        before, (start, end) = outline.directions(k - 1 if k else n - 1)[1], outline.directions(k)
+        if k in hollow:
+            pieces.append(False)
+        elif outline.bend(k) > SMOOTH:
+            pieces.append(RoundArc(outline.points[k], 0.0, _normal(before), _normal(start), POINTED))
+        if (radius := outline.radius(k)) > 0.0:
+            pieces.append(RoundArc(outline.centre(k), radius, _normal(start), _normal(end), ROUNDED))
+        else:
+            pieces.append(radius == 0.0)
     breaks = [k for k, piece in enumerate(pieces) if not isinstance(piece, RoundArc)]
     if not breaks:
         return [[piece for piece in pieces if isinstance(piece, RoundArc)]]
     found = []
-    for before, after in zip(breaks, [*breaks[1:], breaks[0] + len(pieces)], strict=True):
-        own = [piece for k in range(before + 1, after) if isinstance(piece := pieces[k % len(pieces)], RoundArc)]
+    for first, last in zip(breaks, [*breaks[1:], breaks[0] + len(pieces)], strict=True):
+        own = [piece for k in range(first + 1, last) if isinstance(piece := pieces[k % len(pieces)], RoundArc)]
         if own:
-            found.append([*_end(own[0], pieces[before], start=True), *own, *_end(own[-1], pieces[after % len(pieces)])])
-    return found
-
-
-def _pieces(outline: Outline) -> list[RoundArc | bool]:
-    """Arcs and corners along an outline; True in place of straight pieces, False of hollow arcs and corners."""
-    n, hollow, found = len(outline.points), set(outline.hollow_corners()), list[RoundArc | bool]()
-    for k in range(n):
-        before, (start, end) = outline.directions(k - 1 if k else n - 1)[1], outline.directions(k)
-        if k in hollow:
-            found.append(False)
-        elif outline.bend(k) > SMOOTH:
-            found.append(RoundArc(outline.points[k], 0.0, _normal(before), _normal(start), POINTED))
-        if (radius := outline.radius(k)) > 0.0:
-            found.append(RoundArc(outline.centre(k), radius, _normal(start), _normal(end), ROUNDED))
-        else:
-            found.append(radius == 0.0)
+            found.append([*_end(own[0], pieces[first], start=True), *own, *_end(own[-1], pieces[last % len(pieces)])])
     return found
 
 

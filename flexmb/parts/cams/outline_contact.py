@@ -524,7 +524,11 @@ class OutlineOnOutline(Part):
         for label, is_first, arcs, chains in self._contacts():
             own, seen = nodes if is_first else (nodes[1], nodes[0])
             outline = self.second_outline if is_first else self.first_outline
-            turning = [number for arc in arcs for number in _arc_numbers(arc, own)]
+            turning: list[float] = []  # numbers of the arcs in the frame of their node, as the kernels above read them
+            for arc in arcs:
+                begin, end = arc.begin - own.theta, arc.end - own.theta
+                normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
+                turning += [*in_frame(own, arc.at), arc.radius, *normals, arc.kind]
             pieces = [piece_numbers(outline, k, seen) for k in range(len(outline.points))]
             for side, chain in enumerate(chains, 1):
                 order = [(chain[0] + k) % len(pieces) for k in range(len(pieces))]
@@ -548,10 +552,3 @@ def _label(name: str, side: int, chains: list[list[int]]) -> str:
 def _is_round(outline: Outline) -> bool:
     """Whether an outline consists of convex arcs alone."""
     return all(bulge > 0.0 for bulge in outline.bulges)
-
-
-def _arc_numbers(arc: RoundArc, node: Node) -> tuple[float, ...]:
-    """Numbers of an arc of a round in the frame of a node, as the kernels above read them."""
-    begin, end = arc.begin - node.theta, arc.end - node.theta
-    normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
-    return (*in_frame(node, arc.at), arc.radius, *normals, arc.kind)

@@ -218,8 +218,7 @@ class Wheels(Part):
 
     def _axes(self, mechanism: Mechanism) -> list[Point]:
         """Centres of both wheels in the reference configuration [m]."""
-        wheels = self.first, self.second
-        pairs = zip(self.centres or (None, None), wheels, strict=True)
+        pairs = zip(self.centres or (None, None), (self.first, self.second), strict=True)
         found: list[Any] = [c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in pairs]
         other, apart = found[0] or found[1], getattr(self, "distance", None)
         if not all(found):  # the ground, whose centre is a pin of the arm
@@ -362,7 +361,9 @@ class Gear(Wheels):
         ------
         ModelError : a distance of the axes that is 0, unknown, or does not fit the module.
         """
-        (z1, z2), distance = self.teeth, self._distance(mechanism)
+        (z1, z2), distance = self.teeth, self.distance or planar.distance(*self._axes(mechanism))
+        if distance == 0.0:
+            raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
         sum_of_teeth = abs(z2 - z1) if self.internal else z1 + z2
         if self.module is not None and abs(0.5 * self.module * sum_of_teeth - distance) > FITS * distance:
             text = f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2}"
@@ -378,14 +379,6 @@ class Gear(Wheels):
         """Pitch radii of both wheels in a `mechanism` [m], that of a ring below 0."""
         r1, r2 = self.radii(mechanism)
         return r1, -r2 if self.internal else r2
-
-    def _distance(self, mechanism: Mechanism) -> float:
-        if self.distance is not None:
-            return self.distance
-        apart = planar.distance(*self._axes(mechanism))
-        if apart == 0.0:
-            raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
-        return apart
 
     def contact_size(self, mechanism: Mechanism) -> float | None:
         """Module of teeth with backlash in `mechanism` [m]."""
