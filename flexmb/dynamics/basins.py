@@ -166,8 +166,7 @@ class Basin:
     def to_dataset(self) -> xr.Dataset:
         """Numbers and periods over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
         longest = max((len(a) for a in self.attractors), default=0)
-        size = self.attractors[0].shape[1] if self.attractors else 0
-        points = np.full((len(self.attractors), longest, size), np.nan)
+        points = np.full((len(self.attractors), longest, self.attractors[0].shape[1] if self.attractors else 0), np.nan)
         for table, attractor in zip(points, self.attractors, strict=True):
             table[: len(attractor)] = attractor
         (a, b), (ua, ub) = self.axes, self.units

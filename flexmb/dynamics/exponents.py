@@ -37,8 +37,7 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
     value, half = logs.sum() / times.sum(), len(logs) // 2
     late = float(logs[half:].sum())
     changed = abs(late / times[half:].sum() - value)
-    unit = (LOGS + np.sqrt(len(logs))) * np.finfo(float).eps
-    round_off = unit * np.maximum(np.abs(logs), 1.0).sum() / times.sum()
+    round_off = (LOGS + np.sqrt(len(logs))) * np.finfo(float).eps * np.maximum(np.abs(logs), 1.0).sum() / times.sum()
     algebraic = value + round_off if value > 0.0 and late <= POWER * LATE else 0.0
     return float(max(blocks, changed if changed > WITHIN * blocks else 0.0, round_off, algebraic))
 

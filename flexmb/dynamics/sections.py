@@ -396,8 +396,7 @@ class SectionMap(SectionOfFlow):
         if flow.resolution is not None and abs(height) <= flow.resolution[self._signal] and rate != 0.0:
             height = 0.0  # a projected state is not exactly on the level
         self._side = UP if height + AHEAD * flow.pace * rate >= 0.0 else DOWN
-        v = flow.velocity()
-        self._time_weight = float(flow.weights @ v**2) or 1.0
+        self._time_weight = float(flow.weights @ flow.velocity() ** 2) or 1.0
 
     def _project(self, T: np.ndarray, tangents: np.ndarray) -> None:
         """Write into `tangents` the differences at the crossing, for differences T at one time."""

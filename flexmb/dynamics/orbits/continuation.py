@@ -310,8 +310,7 @@ class Continuation:
                 vanishes = not abs(point_on_branch.tests[name]) > most
                 multipliers = point_on_branch.point.multipliers
                 if vanishes and (name != orbits.NEIMARK_SACKER or orbits.crosses_circle(multipliers)):
-                    kind = name.partition(" ")[0]
-                    located.append((position, replace(point_on_branch.point, kind=kind)))
+                    located.append((position, replace(point_on_branch.point, kind=name.partition(" ")[0])))
         low, high = min(self.span), max(self.span)
         return [point for _, point in sorted(located, key=lambda item: item[0]) if low <= point.value <= high]
 

@@ -213,35 +213,30 @@ def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndar
     """Curves (blocks, k) of the mean logarithm of the mean distance (inside), or of the mean of the mean logarithms."""
     count = len(points) - int(steps[-1])
     refs = spread(count, KANTZ_REFERENCES)
-    neighbours = _neighbours(points[:count], refs, theiler, shift)
+    # Nearest neighbours of the points `refs`, one of each passage of the orbit; -1: too few
+    neighbours = np.full((len(refs), NEIGHBOURS), -1)
+    candidates = min(count, 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
+    _, nearby = scipy.spatial.cKDTree(points[:count]).query(points[refs], k=candidates)
+    for row, i, js in zip(neighbours, refs, nearby, strict=True):
+        taken = 0
+        for j in js[np.abs(js - i) > theiler]:
+            if taken == 0 or np.abs(row[:taken] - j).min() > shift:
+                row[taken] = j
+                taken += 1
+            if taken == NEIGHBOURS:
+                break
     complete = (neighbours >= 0).all(axis=1)
-    i, j = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
+    first, second = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
     if complete.sum() < 10 * BLOCKS:
         return np.empty((0, len(steps)))
     logs = np.empty((len(steps), int(complete.sum())))
     for row, step in zip(logs, steps, strict=True):
-        distance = distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
+        distance = distances(points, first + step, second + step, shift).reshape(-1, NEIGHBOURS)
         if inside:
             row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
         else:
             row[:] = np.log(np.maximum(distance, 1e-12)).mean(axis=1)
     return block_means(logs)
-
-
-def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
-    """Nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
-    neighbours = np.full((len(refs), NEIGHBOURS), -1)
-    candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
-    _, nearby = scipy.spatial.cKDTree(points).query(points[refs], k=candidates)
-    for row, i, js in zip(neighbours, refs, nearby, strict=True):
-        count = 0
-        for j in js[np.abs(js - i) > theiler]:
-            if count == 0 or np.abs(row[:count] - j).min() > shift:
-                row[count] = j
-                count += 1
-            if count == NEIGHBOURS:
-                break
-    return neighbours
 
 
 # Largest number of points whose neighbours are observed; they are evenly spread over the record.
@@ -400,18 +395,13 @@ def _follow(points: np.ndarray, starts: np.ndarray, theiler: int, evolve: int) -
         if len(js) == 0:
             direction = None
             continue
-        choice = 0 if direction is None else _choose((points[js] - points[i]) @ direction / ds)
+        choice = 0
+        if direction is not None:  # the nearest within 20, 40, 60, 80 degrees of it on either side; else the nearest
+            cosines = np.abs((points[js] - points[i]) @ direction / ds)
+            inside = (np.flatnonzero(cosines > np.cos(np.radians(angle))) for angle in (20.0, 40.0, 60.0, 80.0))
+            choice = next((int(places[0]) for places in inside if len(places)), 0)
         j, before[s] = js[choice], ds[choice]
         difference = points[j + evolve] - points[i + evolve]
         after[s] = np.linalg.norm(difference)
         direction = difference / after[s] if after[s] > 0.0 else None
     return before, after
-
-
-def _choose(cosines: np.ndarray) -> int:
-    """Nearest candidate within 20, 40, 60, 80 degrees of the old direction on either side; else the nearest one."""
-    for angle in (20.0, 40.0, 60.0, 80.0):
-        inside = np.flatnonzero(np.abs(cosines) > np.cos(np.radians(angle)))
-        if len(inside):
-            return int(inside[0])
-    return 0

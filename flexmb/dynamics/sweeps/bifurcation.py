@@ -112,10 +112,13 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     points = _points(flow, period, section) if exponents is None else exponents.points
     if exponents is not None and not exponents.ok:
         points = None
-    lost = _not_finite(flow, points, columns)
+    lost: list[str] = []  # signals that are not finite
+    if points is not None:
+        lost = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
+        lost = lost or ([] if np.isfinite(flow.state()).all() else ["the state"])
     values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
     if points is None or lost:
-        return Outcome(values, lost or flow.status, ok=False)
+        return Outcome(values, f"Not finite: {', '.join(lost[:5])}." if lost else flow.status, ok=False)
     values |= {"points": points[:, columns], "state": flow.state() / _cycles(flow)}
     remark = ""
     if exponents is not None:
@@ -168,15 +171,6 @@ def _points(flow: Dynamics, period: float, section: SectionSettings) -> np.ndarr
         if k >= section.skip:
             points[k - section.skip] = flow.observe()
     return points
-
-
-def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -> str:
-    """Signals that are not finite, in a sentence; "" if all are finite."""
-    if points is None:
-        return ""
-    bad = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
-    bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
-    return f"Not finite: {', '.join(bad[:5])}." if bad else ""
 
 
 # Rows of a diagram by the name of the direction.
@@ -344,8 +338,7 @@ class _Diagram:
             if not record.at(index, STATUS):
                 outcome = yield Job(section_point, (self.family, self.section, self.numbers[i].item(), carried))
                 values = {**outcome.values, "ok": outcome.ok, STATUS: outcome.status}
-                cold = carried is None or bool(values.get("seam"))
-                values["seam"] = carries and cold and not begins
+                values["seam"] = carries and not begins and (carried is None or bool(values.get("seam")))
                 state = values.pop(STATE, None)
                 if carries and state is not None and state.shape == record.columns[STATE].shape:
                     values[STATE] = state
