@@ -256,7 +256,13 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
             at = pose(sol, shape.part, shape.node, instants)[:, None]
             found += [Line(shape.part, RIGID, carried(at, np.array(line, dtype=float))) for line in shape.lines]
         elif isinstance(shape, kinds.BeamShape):
-            found.append(_beam(sol, shape, instants, xi))
+            begin, end = (pose(sol, shape.part, node, instants) for node in (shape.start, shape.end))
+            forces = hermite.section_forces(begin, end, shape, xi, beam_motion(sol, shape, instants))
+            fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
+            fields["curvature"] = hermite.curvature(begin, end, shape, xi)
+            fields["bending_stiffness"] = np.broadcast_to(hermite.bending_stiffness(shape, xi), forces.N.shape)
+            depth = shape.depth[0] + xi * (shape.depth[1] - shape.depth[0])
+            found.append(Line(shape.part, BEAM, hermite.element_shape(begin, end, shape, xi), fields, depth))
         elif isinstance(shape, kinds.MeshShape):
             found += [Line(shape.part, MESH, rim) for rim in surface(sol, shape, instants).outlines()]
     return found
@@ -317,16 +323,6 @@ def beam_motion(sol: Solution, beam: kinds.BeamShape, instants: np.ndarray) -> l
     if not all(name in sol for name in names):
         return None
     return np.split(np.stack([sol.array(name)[instants] for name in names], axis=1), 2, axis=1)
-
-
-def _beam(sol: Solution, beam: kinds.BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
-    begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
-    forces = hermite.section_forces(begin, end, beam, xi, beam_motion(sol, beam, instants))
-    fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
-    fields["curvature"] = hermite.curvature(begin, end, beam, xi)
-    fields["bending_stiffness"] = np.broadcast_to(hermite.bending_stiffness(beam, xi), (len(instants), len(xi)))
-    depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
-    return Line(beam.part, BEAM, hermite.element_shape(begin, end, beam, xi), fields, depth)
 
 
 # Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants

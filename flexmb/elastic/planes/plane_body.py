@@ -366,7 +366,30 @@ class PlaneBody(MeshBody):
 
     def coarse_cells(self, owner: ElasticBody) -> Iterator[Finding]:
         """Finding on linear cells too few to bend, in the name of the `owner` of the body."""
-        excess = bending_excess(self)
+        # The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is
+        # the energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose
+        # height is twice the area over the length of the boundary.
+        mesh = self.mesh
+        if mesh.kind not in TRIANGLES:
+            return
+        points = mesh.points - mesh.points.mean(axis=0)
+        along = np.linalg.eigh(points.T @ points)[1][:, -1]
+        across = np.array([-along[1], along[0]])
+        x, y = points @ along, points @ across
+        field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
+        stiffness = elasticity(mesh, self.material, self.state)[:, 0]
+        for thickness, cells in cell_values(mesh, "thickness", self.thickness):
+            stiffness[cells] *= thickness
+        square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
+        for corners in TRIANGLES[mesh.kind]:
+            (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
+            area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
+            square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
+            whole += area
+        rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
+        height = 2.0 * whole.sum() / sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
+        added = field @ (self.matrices.stiffness @ field) - stiffness @ square
+        excess = float(added / (stiffness @ whole * height**2 / 12.0))
         if excess > TOO_STIFF:
             text = f"{owner.label}: its {self.mesh.kind} cells are too few across it: in bending it is some "
             text += f"{100.0 * excess:.2g} % too stiff."
@@ -387,32 +410,3 @@ class PlaneBody(MeshBody):
 
 
 _matrices = lru_cache(maxsize=REMEMBERED)(matrices)
-
-
-def bending_excess(body: PlaneBody) -> float:
-    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells."""
-    # The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
-    # energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
-    # twice the area over the length of the boundary.
-    mesh = body.mesh
-    if mesh.kind not in TRIANGLES:
-        return 0.0
-    points = mesh.points - mesh.points.mean(axis=0)
-    along = np.linalg.eigh(points.T @ points)[1][:, -1]
-    across = np.array([-along[1], along[0]])
-    x, y = points @ along, points @ across
-    field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
-    stiffness = elasticity(mesh, body.material, body.state)[:, 0]
-    for thickness, cells in cell_values(mesh, "thickness", body.thickness):
-        stiffness[cells] *= thickness
-    square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
-    for corners in TRIANGLES[mesh.kind]:
-        (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
-        area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
-        square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
-        whole += area
-    rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
-    boundary = sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
-    height = 2.0 * whole.sum() / boundary
-    added = field @ (body.matrices.stiffness @ field) - stiffness @ square
-    return float(added / (stiffness @ whole * height**2 / 12.0))

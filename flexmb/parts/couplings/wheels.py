@@ -407,12 +407,6 @@ class Gear(Wheels):
         ideal = self._rolling(mechanism, (r1, r2), (tooth_pressure, (R, base)) if self.pressure_angle > 0.0 else None)
         if self.backlash is None or self.normal is None:
             return [ideal]
-        return [*self._contacts(mechanism, r1, r2, self.backlash, self.normal), replace(ideal, holds="closed")]
-
-    def _contacts(
-        self, mechanism: Mechanism, r1: float, r2: float, backlash: float, normal: NormalLaw
-    ) -> Sequence[Contribution]:
-        """Contacts of both flanks."""
         one, two = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
         first, second = one.node(one.main), two.node(two.main)
         apart, wanted = planar.distance((first.x, first.y), (second.x, second.y)), abs(r1 + r2)
@@ -421,18 +415,19 @@ class Gear(Wheels):
             text += f" {wanted:g} m apart; they are {apart:g} m apart."
             raise ModelError(f"{text} Use a heavy body on a Fixed joint for a ring at rest.")
         pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
-        if backlash >= 0.5 * pitch:
-            text = f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together;"
-            raise InputError(f"{text} it must be less than half of that.")
+        if self.backlash >= 0.5 * pitch:
+            text = f"{self.label}: backlash is {self.backlash:g} m, but a tooth and its gap are {pitch:.4g} m long"
+            raise InputError(f"{text} together; it must be less than half of that.")
         c = math.cos(self.pressure_angle)
         direction = math.atan2(second.y - first.y, second.x - first.x)
         offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))
         coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
-        play = backlash, 0.5 * backlash * c, r1 * c, r2 * c
+        play = self.backlash, 0.5 * self.backlash * c, r1 * c, r2 * c
         rest = involute(self.pressure_angle), offset, pitch * c
         flanks = ((name, (*play, side, *rest)) for name, side in FLANKS.items())
-        laws = normal, Frictionless()
-        return [ContactContribution(self.name, tooth_gap_kernel, coordinates, p, *laws, name) for name, p in flanks]
+        own, laws = (self.name, tooth_gap_kernel, coordinates), (self.normal, Frictionless())
+        contacts = [ContactContribution(*own, p, *laws, name) for name, p in flanks]
+        return [*contacts, replace(ideal, holds="closed")]
 
 
 PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark

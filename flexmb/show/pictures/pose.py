@@ -145,7 +145,11 @@ class Pose:
         own = body_colours(scene)
         for line in with_arms(scene):
             if line.kind == RIGID:
-                self._rigid(line, own[line.part] if colouring is None else "0.45")
+                colour = own[line.part] if colouring is None else "0.45"
+                look: Any = {"marker": "s", "markersize": 11} if is_point(line) else {"solid_capstyle": "round"}
+                if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
+                    self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
+                self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **look})
         beams = [line for line in scene.lines if line.is_beam]
         if beams:
             self._beams(beams, own, None if colouring is None or colouring.field == VON_MISES else colouring)
@@ -173,12 +177,6 @@ class Pose:
         (artist,) = self._ax.plot([], [], gid=gid, **style)
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_data(*points[now].T))
-
-    def _rigid(self, line: Line, colour: str) -> None:
-        style: dict[str, Any] = {"marker": "s", "markersize": 11} if is_point(line) else {"solid_capstyle": "round"}
-        if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
-            self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
-        self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **style})
 
     def _area(self, points: np.ndarray, style: dict[str, Any]) -> None:
         artist = mpl.patches.Polygon(points[0], closed=True, **style)

@@ -263,18 +263,6 @@ def _short(value: Any) -> str:
     return text if len(text) <= 400 else f"{text[:400]} ..."
 
 
-def _head(sol: Solution) -> html.Markup:
-    """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
-    span = f"{html.quantity(sol.time[0], 's')} to {html.quantity(sol.time[-1], 's')}"
-    saved, stats = counted(len(sol.time), "saved instant"), sol.stats
-    text = f"{span}, {saved}, {counted(stats.steps, 'step')}, {stats.wall_time:.3g} s of computing"
-    numbers = html.state_of("" if sol.ok else "not finished", html.tag("span", text))
-    if sol.ok and ". " not in sol.status:
-        return numbers
-    kind = "warning" if sol.ok else "error"
-    return html.joined([numbers, html.tag("p", sol.status, class_=f"told {kind}", role="status")])
-
-
 SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
 # Texts of the links to the sections, as far as they are there.
 LINKS = {
@@ -313,7 +301,15 @@ def write_run(
     sections = html.joined([_body(sol, shown, known, description), settings])
     page = html.tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
-    return html.write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
+    # State and first numbers; the status where it tells more than the end
+    span = f"{html.quantity(sol.time[0], 's')} to {html.quantity(sol.time[-1], 's')}"
+    saved, stats = counted(len(sol.time), "saved instant"), sol.stats
+    text = f"{span}, {saved}, {counted(stats.steps, 'step')}, {stats.wall_time:.3g} s of computing"
+    head = html.state_of("" if sol.ok else "not finished", html.tag("span", text))
+    if not sol.ok or ". " in sol.status:
+        told = html.tag("p", sol.status, class_=f"told {'warning' if sol.ok else 'error'}", role="status")
+        head = html.joined([head, told])
+    return html.write_page(path, heading, head, links, page, SCRIPTS, data)
 
 
 def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> html.Markup:
