@@ -218,8 +218,7 @@ class Exponents(arguments.Checked):
         names, second = ("spectrum", "errors", "history", "statistical"), self.confirmed
         if second is not None:
             second = replace(second, spectrum=T * second.spectrum, errors=T * second.errors)
-        scaled = {name: T * getattr(self, name) for name in names}
-        return replace(self, **scaled, confirmed=second, units="1/period")
+        return replace(self, **{name: T * getattr(self, name) for name in names}, confirmed=second, units="1/period")
 
     def __repr__(self) -> str:
         values = zip(self.spectrum[:SHOWN], self.errors, strict=False)

@@ -41,8 +41,7 @@ def seen_from(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
 def turned_by(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares."""
     # Both have a common factor: the sum of squares of the points, times the factor by which they grow.
-    across = (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
-    return (points * moved).sum(axis=(1, 2)), across
+    return (points * moved).sum(axis=(1, 2)), (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
 
 
 def whole_turns(angle: np.ndarray) -> np.ndarray:

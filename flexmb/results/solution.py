@@ -160,7 +160,7 @@ def largest_signals(sol: Solution) -> list[str]:
             peaks = {name: sol.peak(name).value for name in sol.names if name.endswith(f".{ending}")}
             seen = [name for name, peak in peaks.items() if not peak <= ROUND_OFF * scales[sol.units(name)]]  # NaN is
             kept = sorted(seen, key=lambda name: -peaks[name])[:MOST_OF_A_KIND]
-            told += [name for name in seen if name in kept]
+        told += [name for name in seen if name in kept]
         if told:
             return told
     return []
@@ -278,8 +278,7 @@ class Solution:
         if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name):
             asked = [name] if isinstance(name, str) else name
             return self._dataset([fitting for one in asked for fitting in self._fitting(one)])
-        k = self._place(name)
-        units = self.signals.units[k]
+        units = self.signals.units[self._place(name)]
         time = xr.Variable("time", self.time, {"units": "s"})
         attrs = {"units": units, "long_name": long_name(name), "name": name}
         return xr.DataArray(self.array(name), coords={"time": time}, dims="time", name=name, attrs=attrs)

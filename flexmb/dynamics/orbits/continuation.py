@@ -249,8 +249,7 @@ class Continuation:
             row = np.zeros(J.shape[1])
             row[-1] = np.sign(self.span[1] - self.span[0]) / p
         else:
-            weighted = before.starts * shooting.space.weights / x**2
-            by_y = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
+            by_y = np.einsum("js,jsd->jd", before.starts * shooting.space.weights / x**2, run.bases).ravel()
             row = np.concatenate([by_y, [before.period / t**2] * shooting.autonomous, [before.value / p**2]])
         unknowns = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
         # sign of the determinant, times the smallest singular value: it vanishes where branches cross

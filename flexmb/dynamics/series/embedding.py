@@ -346,8 +346,7 @@ def correlation_dimension(
         points, counts, pairs = embed(x, embedded.delay, m), np.zeros(len(radius) + 1, dtype=np.int64), 0
         refs, index = spread(len(points), DIMENSION_REFERENCES), np.arange(len(points))
         for block in np.array_split(refs, max(1, len(refs) * len(points) // BLOCK)):
-            separated = np.abs(index - block[:, None]) > w
-            d = scipy.spatial.distance.cdist(points[block], points, "chebyshev")[separated]
+            d = scipy.spatial.distance.cdist(points[block], points, "chebyshev")[np.abs(index - block[:, None]) > w]
             counts += np.bincount(np.searchsorted(radius, d), minlength=len(radius) + 1)
             pairs += len(d)
         sums.append(np.cumsum(counts[:-1]) / max(pairs, 1))

@@ -85,8 +85,7 @@ def estimate(
         """The record, without a value for the reason `status`; for "wolf" the curve is the running estimate [unit]."""
         begin, end = found.region
         known, curve = bool(np.isfinite(value)), found.curve / step if method == "wolf" else found.curve
-        region = (begin * step, end * step) if known else (np.nan, np.nan)
-        about = method, embedded, w, region
+        about = method, embedded, w, (begin * step, end * step) if known else (np.nan, np.nan)
         return SeriesExponent(value, error, unit, known, status, *about, found.steps * step, curve)
 
     nothing = Slope(np.nan, np.nan, "")

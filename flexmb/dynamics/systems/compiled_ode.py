@@ -324,8 +324,7 @@ class CompiledMotion:
         """Whether the functions are kernels, which are compiled by the first call: not if they return mixed tuples."""
         lengths = [len(numbers) for numbers in self._numbers]
         if not self._kernels:
-            begins = np.cumsum([0, *lengths]).tolist()
-            spans = zip(self.functions, begins, lengths, strict=False)
+            spans = zip(self.functions, np.cumsum([0, *lengths]).tolist(), lengths, strict=False)
             made = [kernel_of(f, begin, begin + n, is_height=k == 1) for k, (f, begin, n) in enumerate(spans)]
             try:
                 self._tables = address_table(made[::2]), address_table(made[1:2])

@@ -65,8 +65,7 @@ class LineMesh:
 
     def tag_of(self, nodes: Sequence[int] | Indices) -> int:
         """Tag of the lines along nodes of a member, which is that of the first of these lines."""
-        along = (np.sort(self.edges, axis=1) == np.sort(nodes[:2])).all(axis=1)
-        return int(self.tags[along].item())
+        return int(self.tags[(np.sort(self.edges, axis=1) == np.sort(nodes[:2])).all(axis=1)].item())
 
 
 def read_lines(path: str | PathLike[str]) -> LineMesh:

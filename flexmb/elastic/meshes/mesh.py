@@ -61,8 +61,7 @@ class CellKind:
         element = self.element()
         pairs = [element.lbasis(places, i) for i in range(self.nodes)]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
-        gradients = np.stack([np.broadcast_to(slope, places.shape) for _, slope in pairs], axis=1)
-        return values, gradients
+        return values, np.stack([np.broadcast_to(slope, places.shape) for _, slope in pairs], axis=1)
 
 
 TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
@@ -375,8 +374,7 @@ class PlaneMesh:
         counts = np.diff(np.append(first, len(key)))
         second = order[np.minimum(first + 1, len(key) - 1)]
         cells_of = np.stack([owner[order[first]], np.where(counts > 1, owner[second], -1)], axis=1)
-        folded = (counts > 1) & (every[order[first], 0] == every[second, 0])
-        return Edges(every[order[first]], cells_of, counts, folded)
+        return Edges(every[order[first]], cells_of, counts, (counts > 1) & (every[order[first], 0] == every[second, 0]))
 
     @cached_property
     def loops(self) -> tuple[Indices, ...]:
@@ -516,8 +514,7 @@ class PlaneMesh:
         if self.kind == "quad4":
             points, cells = with_centres(points, cells)
         sets = {name: np.concatenate([nodes, n + own[name]]) for name, nodes in self.sets.items()}
-        kind = {"tri3": "tri6", "quad4": "quad9"}[self.kind]
-        return replace(self, points=points, cells=cells, kind=kind, sets=sets)
+        return replace(self, points=points, cells=cells, kind={"tri3": "tri6", "quad4": "quad9"}[self.kind], sets=sets)
 
     def with_holes(self, holes: Mapping[str, tuple[float, float]]) -> PlaneMesh:
         """The mesh with names for `holes`, each found by a point inside of it [m]: {"start": (0.0, 0.0)}.

@@ -85,8 +85,7 @@ def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) ->
     """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
     # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
-    t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
-    quarter = 0.25 * t * (stress[:, :, 0] + stress[:, :, 1])
+    quarter = 0.25 * numbers_of_cells(mesh, "thickness", thickness, "m")[:, None] * (stress[:, :, 0] + stress[:, :, 1])
     none = np.zeros_like(quarter)
     same = _local(_SLOPES, basis, x_x=none, y_y=quarter), _local(_SLOPES, basis, x_x=quarter, y_y=none)
     local = _interleaved(same, _local(_CROSSED, basis, symmetric=False, bulk=none, shear=-quarter))

@@ -145,8 +145,7 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
     scaled = full * _amplitudes(model, full)
     rigid = followed(model.pins, len(added))
     shapes = np.hstack([static - scaled @ rigid, scaled])
-    held = omega[: kept + 1] / (2.0 * math.pi)
-    return Basis(model, (*model.pins, *added), shapes, held, solve, by_pin, rigid, kept)
+    return Basis(model, (*model.pins, *added), shapes, omega[: kept + 1] / (2.0 * math.pi), solve, by_pin, rigid, kept)
 
 
 def _in_threes(modes: int, static_shapes: int) -> int:

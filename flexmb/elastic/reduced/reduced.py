@@ -251,8 +251,7 @@ class Reduced(MeshBody):
         InputError : pins that the body has not, loads of another shape.
         """
         if held is not None:
-            given = checks.sequence(self.label, "held", held, "names of pins")
-            held = [self.aliases.get(name, name) for name in given]
+            held = [self.aliases.get(name, name) for name in checks.sequence(self.label, "held", held, "names of pins")]
         forces: dict[str, Load] = {}
         for name, load in (loads or {}).items():
             forces[name] = load.on(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load

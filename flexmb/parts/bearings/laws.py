@@ -48,8 +48,7 @@ class Film(Input, Shown, ABC):
     def numbers(self, radius: float, clearance: float) -> dict[int, float]:
         """Parameters of a film in a bearing of this `radius` and `clearance` [m], by their places."""
         drag = 2.0 * math.pi * self.viscosity * radius**3 * self.width / clearance
-        own = {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag}
-        return own | self.scales(radius, clearance)
+        return {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag} | self.scales(radius, clearance)
 
     @abstractmethod
     def pressures(

@@ -273,8 +273,7 @@ def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
         return np.array(data.straight)
     half = 0.5 * beam.turn * data.lengths / data.lengths.sum()
     chords = data.lengths * np.sinc(half / math.pi)
-    free = chords + data.lengths / 30.0 * half * half * data.bow.sum(axis=1)
-    return np.stack([free, -half, half], axis=1)
+    return np.stack([chords + data.lengths / 30.0 * half * half * data.bow.sum(axis=1), -half, half], axis=1)
 
 
 def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:

@@ -201,8 +201,7 @@ class FlexibleFrame(FlexibleBody, Edges):
             own = {mesh.tag_of(nodes)}, mesh.stations(nodes)
             beams.append(beam_of_mesh(f"FlexibleFrame {name!r}", path, *own, sections))
         elements, chosen = zip(*beams, strict=True)
-        places = (mesh.points[n].tolist() for n in corners)
-        points = tuple(planar.from_frame(at, angle, (x, y)) for x, y, *_ in places)
+        points = tuple(planar.from_frame(at, angle, (x, y)) for x, y, *_ in (mesh.points[n].tolist() for n in corners))
         return cls(
             name, points, tuple(edges), section=chosen, material=material, elements=elements, mass=mass,
             inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,

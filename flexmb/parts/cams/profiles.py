@@ -321,8 +321,7 @@ def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Je
         for k in range(1, len(jet)):
             speed[k] = (jet[k] - sum(speed[i] * speed[k - i] for i in range(1, k))) / (2.0 * speed[0])
         px, py = x[:-1] + radius * over(dy, speed), y[:-1] - radius * over(dx, speed)
-        ahead = (slope(px)[0] * dx[0] + slope(py)[0] * dy[0]) / speed[0] ** 2
-        return px, py, ahead
+        return px, py, (slope(px)[0] * dx[0] + slope(py)[0] * dy[0]) / speed[0] ** 2
 
     return curve
 

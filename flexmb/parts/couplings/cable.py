@@ -176,5 +176,4 @@ class Cable(PointToPoint):
         p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))
         laws, least = (self.normal, Frictionless()), abs(sum(self.radii))
         contact = ContactContribution(self.name, strand_gap_kernel, coordinates, p, *laws, period=period)
-        length = SignalContribution(self.name, "distance", "m", strand_length, coordinates, (*offsets, least))
-        return [contact, length]
+        return [contact, SignalContribution(self.name, "distance", "m", strand_length, coordinates, (*offsets, least))]

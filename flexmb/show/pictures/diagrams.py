@@ -170,8 +170,7 @@ def plot_branch(
         _draw_branch(ax, branch, signal, value, labelled)
     units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
-    ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
-    style.label_axis(ax.yaxis, ylabel, units)
+    style.label_axis(ax.yaxis, signal if value == "section" or signal == "period" else f"{value} of {signal}", units)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
 

@@ -184,8 +184,7 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
     colours[3 * paper : 3 * paper + 3] = [255, 255, 255]  # the paper is white, not nearly so
     for image in images:
         image.putpalette(colours)
-    ends = np.round(100.0 * np.arange(len(images) + 1) / fps)
-    pauses = [10 * max(int(pause), 1) for pause in np.diff(ends)]
+    pauses = [10 * max(int(pause), 1) for pause in np.diff(np.round(100.0 * np.arange(len(images) + 1) / fps))]
     images[0].save(path, "GIF", save_all=True, append_images=images[1:], duration=pauses, loop=0, optimize=False)
 
 

@@ -94,8 +94,7 @@ def _annotation(ax: mpl.axes.Axes, point: np.ndarray, name: str) -> mpl.text.Ann
 
 def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Number of points (n, 2) in each of the boxes (k, 2)."""
-    within = (points > low[:, None]) & (points < high[:, None])
-    return np.asarray(within.all(axis=2).sum(axis=1))
+    return np.asarray(((points > low[:, None]) & (points < high[:, None])).all(axis=2).sum(axis=1))
 
 
 def _samples(line: np.ndarray, spacing: float) -> np.ndarray:

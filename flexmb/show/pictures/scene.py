@@ -112,8 +112,7 @@ def box_around(points: list[np.ndarray]) -> Box:
 def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
     """Limits of x and y around a point (2,) [m], as wide as the bodies need in any direction at one instant."""
     points = np.concatenate([line.points[0] for line in drawing.lines(sol, np.array([row]), PER_ELEMENT)])
-    reach = float(np.hypot(*(points - centre).T).max())
-    return box_around([centre + reach * np.array([[-1.0, -1.0], [1.0, 1.0]])])
+    return box_around([centre + float(np.hypot(*(points - centre).T).max()) * np.array([[-1.0, -1.0], [1.0, 1.0]])])
 
 
 SIZES = 0.5, 100.0  # least and largest width and height of a picture [inch]
