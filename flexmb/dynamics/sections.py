@@ -102,8 +102,7 @@ def _within(height: Height, step: Bracket, old_rate: float | None) -> Bracket | 
         dip = turning_point(side * old, side * old_rate, side * new, side * height.rate(), step.far)
     if dip == 0.0:
         return None
-    after = height.flow.snapshot()
-    inside = height.at(step.before, dip)
+    after, inside = height.flow.snapshot(), height.at(step.before, dip)
     height.flow.restore(after)
     return step._replace(far=dip) if height.left(inside) else None
 

@@ -107,8 +107,7 @@ def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tup
         labels["part"].append(np.repeat([number[piece.part] for piece, _ in own], counts))
         labels["kind"].append(np.repeat([kinds.index(piece.kind) for piece, _ in own], counts))
     names = [*FIELDS, "normal_force", *((*STRESSES, "von_mises") if any(p.kind == "mesh" for p in pieces) else ())]
-    zeros = [np.zeros(piece.points.shape[:2]) for piece in pieces]
-    points = _places(pieces)
+    zeros, points = [np.zeros(piece.points.shape[:2]) for piece in pieces], _places(pieces)
     data = {"displacement": points - points[0]}
     data["deformation"] = points - _places(_pieces(magnified(shown, 0.0), points_per_element))
     for name in names:

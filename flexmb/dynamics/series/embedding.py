@@ -163,8 +163,7 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
     for lag in range(longest + 1):  # sum of p_ab ln(p_ab / (p_a p_b)) over the cells
         a, b = cell[: len(x) - lag], cell[lag:]
         joint = np.bincount(a * bins + b, minlength=bins * bins).reshape(bins, bins) / len(a)
-        independent = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
-        nonzero = joint > 0.0
+        independent, nonzero = joint.sum(axis=1)[:, None] * joint.sum(axis=0), joint > 0.0
         found[lag] = np.sum(joint[nonzero] * np.log(joint[nonzero] / independent[nonzero]))
     return found
 
@@ -338,8 +337,7 @@ def correlation_dimension(
     dimensions = tuple(range(embedded.dimension, embedded.dimension + 3))
     window = max(int(np.ceil(embedded.mean_period)), (dimensions[-1] - 1) * embedded.delay)
     w = checks.count(owner, "theiler", window if theiler is None else theiler, 0)
-    x = standardised(x)
-    radius = np.exp(np.arange(-9.0, 1.5, 1.0 / PER_E))
+    x, radius = standardised(x), np.exp(np.arange(-9.0, 1.5, 1.0 / PER_E))
     sums, slopes = [], []
     for m in dimensions:
         # Fraction of the pairs of points (n, m) that are nearer than the radii, and the fraction of 30 pairs

@@ -126,8 +126,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     # difference of the slopes of its halves. The straight part has at least 4 values and a rise of `LEAST_RISE`. Points
     # are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
-    ceiling = typical_log_distance(points, shift=shift) - MARGIN
-    longest = len(points) // 4
+    ceiling, longest = typical_log_distance(points, shift=shift) - MARGIN, len(points) // 4
     reach = int(min(longest, window + 8 * max(period, 4.0)))
     while True:
         steps = np.arange(0, reach + 1, max(1, reach // 150))

@@ -296,8 +296,7 @@ class CompiledMotion:
         self.functions = (function,) if gap is None else (function, gap, jump)
         self.last, self.before = -math.inf, np.zeros(0)  # instant of the last impact [s], and the state before it
         self.usable, self._compiles = False, True  # whether all parameters are numbers, and the functions kernels
-        self._numbers = list[list[float]]()
-        self._kernels = list[Kernel]()
+        self._numbers, self._kernels = list[list[float]](), list[Kernel]()
         self._record: Motion | None = None
 
     def copy(self) -> CompiledMotion:

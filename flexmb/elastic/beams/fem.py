@@ -42,8 +42,7 @@ def with_shear(lengths: Array, axial: Array, cubics: tuple[Array, Array, Array],
     """Matrices of bending with the shear angle condensed: stiffness, mass, rotary part; shares of shear, bow."""
     # Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear;
     # `cubics` are without shear: stiffness, mass of the axis and of the rotation of sections alone, (n, 4, 4) each.
-    ends = cubics[0][:, 1::2, 1::2]
-    rigid = flexibility == 0.0
+    ends, rigid = cubics[0][:, 1::2, 1::2], flexibility == 0.0
     angle = np.where(rigid, np.inf, lengths**2 / np.where(rigid, 1.0, flexibility))  # K
     shares = ends.sum(axis=1) / (ends.sum(axis=(1, 2)) + angle)[:, None]
     both = shares.sum(axis=1) / lengths
@@ -213,8 +212,7 @@ def _shear_rigidities(beams: Sequence[BeamData], counts: Sequence[int], s: Array
     found, ends = np.full_like(s, np.inf), np.cumsum(counts)
     for beam, last, count in zip(beams, ends, counts, strict=True):
         if beam.shear:
-            rows = slice(last - count, last)
-            G = beam.material.shear_modulus
+            rows, G = slice(last - count, last), beam.material.shear_modulus
             found[rows] = shear_factors(beam.section, beam.shear, beam.material.poisson, s[rows]) * G * A[rows]
     return found
 
@@ -271,8 +269,7 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
-    w = beam.length * _blend(d, beam, xi, 0)
-    normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
+    w, normal = beam.length * _blend(d, beam, xi, 0), np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
     return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
 

@@ -148,8 +148,7 @@ def checked_points(label: str, points: Any) -> Array:
 
 def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
     """Cells (m, k) as read-only whole numbers of existing nodes, none twice in a cell."""
-    found = _whole_numbers(label, "cells", cells)
-    k = KINDS[kind].nodes
+    found, k = _whole_numbers(label, "cells", cells), KINDS[kind].nodes
     if found.ndim != 2 or found.shape[1] != k or not len(found):
         raise InputError(f"{label}: cells have shape {found.shape}; those of kind {kind!r} must be (m, {k}), m >= 1.")
     if found.min() < 0 or found.max() >= nodes:
@@ -230,8 +229,7 @@ def _require_one_body(label: str, points: Array, cells: Indices, edges: Edges) -
         (i, j), (a, b) = edges.nodes[bad, :2].tolist(), edges.cells[bad].tolist()
         text = f"{label}: cells {a} and {b} lie on the same side of the edge between nodes {i} and {j} "
         raise InputError(f"{text}at {at(points, i)}, so they overlap. Delete one of them.")
-    inner = edges.cells[edges.counts == 2]
-    n = len(cells)
+    inner, n = edges.cells[edges.counts == 2], len(cells)
     links = coo_array((np.ones(len(inner), dtype=np.int8), (inner[:, 0], inner[:, 1])), shape=(n, n))
     count, piece = connected_components(links, directed=False)
     if count > 1:
@@ -336,8 +334,7 @@ class PlaneMesh:
         for name, value in {"points": points, "cells": cells, **groups}.items():
             object.__setattr__(self, name, value)
         # the cells must be a decomposition of one connected body
-        edges = self.edges
-        used = np.zeros(len(points), dtype=bool)
+        edges, used = self.edges, np.zeros(len(points), dtype=bool)
         used[cells] = True
         if not used.all():
             bad = int(np.argmin(used))
@@ -381,8 +378,7 @@ class PlaneMesh:
         """Nodes of each closed line of the boundary in order: the outline first, then the holes."""
         boundary = self.edges.boundary
         # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.
-        after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
-        loops = []
+        after, loops = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True)), []
         while after:
             node, nodes = next(iter(after)), []
             while node in after:

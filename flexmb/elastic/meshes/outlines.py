@@ -111,8 +111,7 @@ def halved(points: Array, cells: Indices, kind: str) -> Indices:
     diagonals = np.linalg.norm(corner[:, :2] - corner[:, 2:], axis=2)
     other = diagonals[:, 1] < (1.0 - 1e-6) * diagonals[:, 0]
     turns = [1, 2, 3, 0, 5, 6, 7, 4, 8][: cells.shape[1]]
-    turned = np.where(other[:, None], cells[:, turns], cells)
-    n = KINDS[kind].nodes
+    turned, n = np.where(other[:, None], cells[:, turns], cells), KINDS[kind].nodes
     return np.concatenate([turned[:, [0, 1, 2, 4, 5, 8][:n]], turned[:, [0, 2, 3, 8, 6, 7][:n]]])
 
 
@@ -158,8 +157,7 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
     extent = np.ptp(shape.corners, axis=0)
     require_few(float((extent[0] / size + 1.0) * (extent[1] / size + 1.0)))
     loops = shape.loops(size)
-    fixed = np.concatenate(loops)
-    starts = np.cumsum([0, *map(len, loops)])
+    fixed, starts = np.concatenate(loops), np.cumsum([0, *map(len, loops)])
     rings = [first + np.arange(len(loop)) for first, loop in zip(starts[:-1], loops, strict=True)]
     edges = np.concatenate([np.stack([ring, np.roll(ring, -1)], axis=1) for ring in rings])
     # Nodes of a lattice of equal triangles that lie inside and clear of the boundary
@@ -179,8 +177,7 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
             for first, second in ((a, b), (b, a)):
                 np.add.at(total, cells[:, first], points[cells[:, second]])
                 np.add.at(counts, cells[:, first], 1.0)
-        moved = points.copy()
-        new = total[held:] / np.maximum(counts[held:], 1.0)[:, None]
+        moved, new = points.copy(), total[held:] / np.maximum(counts[held:], 1.0)[:, None]
         good = (counts[held:] > 0.0) & _is_clear(new, fixed, edges)
         moved[held:][good] = new[good]
         points = moved
@@ -276,8 +273,7 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     lacking = tangents + ends - lengths * (1.0 + 1e-12)
     if lacking.max() > 0.0:
         i = int(lacking.argmax())
-        j = (i + 1) % len(radii)
-        most = lengths[i] / (tangents[i] + ends[i])
+        j, most = (i + 1) % len(radii), lengths[i] / (tangents[i] + ends[i])
         text = f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take"
         text += f" {tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long."
         raise InputError(f"{text} Make them smaller, {most:.3g} times these radii at most.")
@@ -585,8 +581,7 @@ class _Eye:
     def block(self, across: int) -> Array:
         """Grid of the eye: from the hole along rays to the outline and to the neck."""
         opening, neck = self.opening, self.neck
-        around = cells_along(2.0 * (math.pi - opening) * self.radius, self.size)
-        counts = [across]
+        around, counts = cells_along(2.0 * (math.pi - opening) * self.radius, self.size), [across]
         if len(neck) > 1:
             side = max(1, cells_along(self.radius - float(neck[0](np.zeros(1))[0, 0]), self.size))
             counts = [side, across, side]

@@ -238,8 +238,7 @@ def cell_contributions(
     """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2]."""
     # `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by
     # number of the mesh's nodes that lie on them.
-    width = cells.cells.shape[1]
-    masses = cells.masses.reshape(len(cells.cells), -1)
+    width, masses = cells.cells.shape[1], cells.masses.reshape(len(cells.cells), -1)
     bodies = np.hstack([cells.points[cells.cells].reshape(len(cells.cells), -1), masses, cells.numbers])
     more: dict[str, Any] = {"energy": cell_energy, "force": cell_force, "tangent": cell_tangent}
     more["account"], found = cell_account, []

@@ -146,8 +146,7 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
             inverse = np.linalg.inv(averages[:, chosen])
             blocks.append((dofs[chosen], dofs[rest], np.hstack([inverse, -inverse @ averages[:, rest]])))
         taken[blocks[-1][0]] = True
-    free = np.flatnonzero(~taken)
-    place = np.cumsum(~taken) - 1 + 3 * len(interfaces)
+    free, place = np.flatnonzero(~taken), np.cumsum(~taken) - 1 + 3 * len(interfaces)
     entries = [(free, place[free], np.ones(len(free)))]
     for number, (dependent, others, values) in enumerate(blocks):
         columns = np.concatenate([3 * number + np.arange(3), place[others]])

@@ -341,8 +341,7 @@ class PlaneBody(MeshBody):
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
         names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
-        number = {name: k for k, name in enumerate(names)}
-        carriers = []
+        number, carriers = {name: k for k, name in enumerate(names)}, []
         for k, (x, y) in enumerate(self.mesh.points.tolist()):
             pin = self.on_pins.get(k)
             arm = (0.0, 0.0) if pin is None else (x - pin.point[0], y - pin.point[1])

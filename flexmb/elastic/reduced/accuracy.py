@@ -157,8 +157,7 @@ def accuracy(
     """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
     # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     model = found.model
-    count = checks.count(model.label, "count", count)
-    names = [pin.name for pin in model.pins]
+    count, names = checks.count(model.label, "count", count), [pin.name for pin in model.pins]
     if held is None:
         alone = len(names) == 1
         fixed = list(range(RIGID)) if alone else [3 * k + axis for k in range(len(names)) for axis in range(2)]
@@ -321,8 +320,7 @@ def _at_edge(body: Reduced, d: np.ndarray, time: np.ndarray, whole: float) -> It
     pins, last = body.basis.model.count, slice(d.shape[1] - AT_EDGE, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-AT_EDGE:].T
     edge = 0.5 * np.einsum("ti,ij,tj->t", eta, body.element.matrices["K"][last, last], eta)
-    when = int(np.argmax(edge))
-    size = np.ptp(body.model.points, axis=0).max()
+    when, size = int(np.argmax(edge)), np.ptp(body.model.points, axis=0).max()
     moved = np.abs(eta * (1.0, 1.0, size)).max(axis=1)  # the shape of a rotation of 1 moves by the size
     share = float(edge[when]) / whole if moved[when] > STEP_ERROR * size else 0.0
     if share >= EDGE_SHARE:

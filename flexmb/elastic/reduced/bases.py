@@ -105,8 +105,7 @@ class Basis:
 
     def static(self, force: Array) -> Array:
         """Displacements (N,) under forces (N,) with all pins held."""
-        m = self.model.count
-        z = np.zeros(len(force))
+        m, z = self.model.count, np.zeros(len(force))
         z[m:] = self.solve_inner(force[m:])
         return z
 
@@ -142,8 +141,7 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
     x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
     names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(inside.shape[1] // 3 - inertia))]
     added = tuple(Node(name, x, y, model.pins[0].theta) for name in names)
-    scaled = full * _amplitudes(model, full)
-    rigid = followed(model.pins, len(added))
+    scaled, rigid = full * _amplitudes(model, full), followed(model.pins, len(added))
     shapes = np.hstack([static - scaled @ rigid, scaled])
     return Basis(model, (*model.pins, *added), shapes, omega[: kept + 1] / (2.0 * math.pi), solve, by_pin, rigid, kept)
 

@@ -110,8 +110,7 @@ class Element(NamedTuple):
     def points(self) -> tuple[Array, Array]:
         """Points of the axis (4, 2) [m], and their displacements (8, 6) x0, y0, ... in the axes of the chord."""
         across = self.cubic[:, 1::2]
-        bow = across @ self.free
-        moved = np.zeros((8, 6))
+        bow, moved = across @ self.free, np.zeros((8, 6))
         for first in (0, 1):
             moved[first::2, first], moved[first::2, 3 + first] = 1.0 - PLACES, PLACES
         moved[0::2] -= np.outer(bow, self.rotation)
@@ -211,8 +210,7 @@ class BeamModel:
             of_axis = element.data.bending_mass[element.k] - element.data.rotary_mass[element.k]
             blocks.append(inverse.T @ of_axis @ inverse)
         corners = np.array([self._own(point) for point in self.body.corner_points])
-        ends = [self.place[name] for name in self.body.corners]
-        bosses = self.body._bosses
+        ends, bosses = [self.place[name] for name in self.body.corners], self.body._bosses
         for mass, point, place in zip(bosses.masses, corners, ends, strict=True):
             rows.append(self._spread(place + np.arange(3), np.eye(2, 3)))
             blocks.append(np.array([[mass]]))
@@ -303,8 +301,7 @@ def model_of(body: Reducible, pins: Sequence[str]) -> ElasticModel:
         moved = shape @ z
         stress = stress_at_quadrature(body.mesh, body.material, moved, body.state)
         turned = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
-        forces = (stiffness @ moved).reshape(-1, 2)
-        turns = np.zeros(shape.shape[1])
+        forces, turns = (stiffness @ moved).reshape(-1, 2), np.zeros(shape.shape[1])
         for k, interface in enumerate(kept):
             if interface.kind == RIGID:  # its nodes move by -theta^2/2 of their arms, and its forces do work on that
                 turns[3 * k + 2] = -float((forces[interface.nodes] * interface.arms(body.mesh)).sum())

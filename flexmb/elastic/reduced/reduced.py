@@ -350,10 +350,8 @@ class Reduced(MeshBody):
         return load_contributions(self, name, load, history)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates = self.coordinates
-        p = self.element.parameters(mechanism.gravity)
-        element = REDUCED.contribution(self.name, coordinates, p)
-        stresses = self.model.stresses
+        coordinates, p = self.coordinates, self.element.parameters(mechanism.gravity)
+        element, stresses = REDUCED.contribution(self.name, coordinates, p), self.model.stresses
         if stresses is None or not self.seeks_stress:
             return [element]
         groups = GROUPS.of((self._key, self._options), lambda: group_parameters(stresses(self.basis.shapes)))

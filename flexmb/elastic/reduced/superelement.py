@@ -416,8 +416,7 @@ def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
 def left_out(body: Reduced, force: Array) -> tuple[float, float]:
     """Strain energy [J] of forces (N,) [N] on the model with all pins held, and its part without the kept shapes."""
     found, m = body.basis, body.basis.model.count
-    kept = (found.shapes.T @ force)[m:]
-    whole = 0.5 * float(found.static(force) @ force)
+    kept, whole = (found.shapes.T @ force)[m:], 0.5 * float(found.static(force) @ force)
     return whole, whole - 0.5 * float(kept @ np.linalg.solve(body.element.matrices["K"][m:, m:], kept))
 
 

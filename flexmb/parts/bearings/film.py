@@ -205,8 +205,7 @@ def solve_film(
     z = ratio * np.sin(slant)
     dz = np.diff(np.concatenate([[0.0], 0.5 * (z[1:] + z[:-1])]))  # widths of the cells about the layers
     resistance = ((1.0 + 0.5 * eps**2) * g - 2.0 * eps * np.sin(g) + 0.25 * eps**2 * np.sin(2.0 * g)) / s**5
-    around = 1.0 / np.diff(resistance[::2])
-    faces = a * sin[1::2] + b * cos[1::2]
+    around, faces = 1.0 / np.diff(resistance[::2]), a * sin[1::2] + b * cos[1::2]
     cubed = s**7 * (q[1:-2:2] ** -4 + 4.0 * q[2:-1:2] ** -4 + q[3::2] ** -4) * turn / (6.0 * cells)  # Simpson
     f = -12.0 * np.outer(np.diff(faces), dz)
     # Upper bands of the symmetric matrix of the pressures, node by node around and layer by layer

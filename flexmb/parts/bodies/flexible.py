@@ -123,8 +123,7 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
     points = np.array(corners)
     places = [*points, points.mean(axis=0)] if len(corners) > 2 else list(points)
     centre = np.array(wanted.centre)
-    radius = max(float(np.abs(points - centre).max()), 1e-12)
-    mass = wanted.mass - beam.mass
+    radius, mass = max(float(np.abs(points - centre).max()), 1e-12), wanted.mass - beam.mass
     if mass < -1e-9 * wanted.mass:
         text = f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg."
         raise InputError(f"{text} Give a larger mass, a smaller section or density, or leave mass out.")
@@ -152,11 +151,9 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
 
 def _least_norm_not_negative(A: np.ndarray, b: np.ndarray, scale: float) -> np.ndarray | None:
     """The x >= 0 of least norm with A x = b, or None."""
-    small = 1e-7
-    n = A.shape[1]
+    small, n = 1e-7, A.shape[1]
     rough, _ = scipy.optimize.nnls(np.vstack([A, small * np.eye(n)]), np.concatenate([b, np.zeros(n)]))
-    active = rough > 1e-6 * scale
-    x = np.zeros(n)
+    active, x = rough > 1e-6 * scale, np.zeros(n)
     x[active] = np.linalg.lstsq(A[:, active], b, rcond=None)[0]
     good = np.abs(A @ x - b).max() <= 1e-9 * scale and x.min() >= 0.0
     if not good:
@@ -368,13 +365,11 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
             centre = planar.from_frame(start, angle, (along, aside))
             parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
         return parts
-    angle = planar.direction(beam.start, beam.end)
-    parts = []
+    angle, parts = planar.direction(beam.start, beam.end), []
     for k, length in enumerate(data.lengths):
         ma, mb = data.axial_mass[k], data.bending_mass[k]
         mass = float(ma.sum())
-        arm = float(ma[:, 1].sum()) * length / mass
-        turn = np.array([0.0, 1.0, length, 1.0])
+        arm, turn = float(ma[:, 1].sum()) * length / mass, np.array([0.0, 1.0, length, 1.0])
         inertia = float(turn @ mb @ turn) - mass * arm**2
         parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
     return parts

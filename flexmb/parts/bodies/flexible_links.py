@@ -328,8 +328,7 @@ class FlexibleLink(FlexibleBody, Bar):
         from flexmb.elastic.beams.mesh import chain, read_lines  # noqa: PLC0415 - meshio is needed only here
 
         mesh = read_lines(path)
-        station = mesh.stations(chain(mesh))
-        length = planar.distance(start, end)
+        station, length = mesh.stations(chain(mesh)), planar.distance(start, end)
         if abs(station[-1] - length) > 1e-6 * length:
             text = f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart."
             raise InputError(f"{text} Move the ends, or take the mesh of the right link.")

@@ -519,8 +519,7 @@ class OutlineOnOutline(Part):
         """One contact of each round with each chain."""
         nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
         owner_is_first = _is_round(self.first_outline) and not _is_round(self.second_outline)
-        size = min(self.first_outline.size, self.second_outline.size)
-        found = []
+        size, found = min(self.first_outline.size, self.second_outline.size), []
         for label, is_first, arcs, chains in self._contacts():
             own, seen = nodes if is_first else (nodes[1], nodes[0])
             outline = self.second_outline if is_first else self.first_outline

@@ -354,8 +354,7 @@ def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
     count = FEWEST_SPANS
     while True:
         angles = np.linspace(piece[0], piece[1], count + 1)
-        steps = np.diff(angles)
-        at = derivatives(angles)
+        steps, at = np.diff(angles), derivatives(angles)
         spans = hermite_spans(at[..., :-1], at[..., 1:], steps)
         middle = derivatives(angles[:-1] + 0.5 * steps)[2].T
         found = sampled(spans, 2, 2)[1::2] / steps[:, None] ** 2

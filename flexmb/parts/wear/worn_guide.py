@@ -231,8 +231,7 @@ class WornSides(WornJoint):
     def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Volume by place, over the way of each step."""
         place = sol.array(f"{self.name}.{contact}{self.where[0]}")
-        where = place[rows]
-        limit = 0.5 * (self.worn_length - self.step)
+        where, limit = place[rows], 0.5 * (self.worn_length - self.step)
         if len(where) and np.abs(where).max() > limit:
             text = f"{self.label}: it rubs from {where.min():.4g} to {where.max():.4g} m from the middle of its sides"
             raise InputError(f"{text}, whose depth is known up to {limit:.4g} m. Give worn_by(..., length=...) more.")

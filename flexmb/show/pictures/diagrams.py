@@ -179,8 +179,7 @@ def _draw_branch(ax: mpl.axes.Axes, branch: Branch, signal: str, value: str, lab
     """Draw a branch by pieces of one stability; the legend names each kind once."""
     x = np.array([p.value for p in branch.points])
     y = _heights(branch, signal, value, branch.points)
-    stable = np.array([p.stable for p in branch.points], dtype=bool)
-    begin = 0
+    stable, begin = np.array([p.stable for p in branch.points], dtype=bool), 0
     for k in range(1, len(x) + 1):
         if k < len(x) and stable[k] == stable[begin]:
             continue

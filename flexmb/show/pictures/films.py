@@ -50,12 +50,10 @@ class Film:
         shown, rows = magnified(true, magnify), np.arange(len(true.time))
         paths = {}
         if points:
-            every = np.arange(first, max(last, first + 1))
-            whole = magnified(sol, magnify)
+            every, whole = np.arange(first, max(last, first + 1)), magnified(sol, magnify)
             paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
         self.scene = scene_of(shown, rows, box=box, paths=paths, forces=joints, true=true if magnify != 1.0 else None)
-        field = field_of(self.scene, colour)
-        self.size = _pixels(self.scene.box, size)
+        field, self.size = field_of(self.scene, colour), _pixels(self.scene.box, size)
         self._magnify = magnify
         self._figure, self._ax = self._make()
         self._canvas: Any = self._figure.canvas  # matplotlib declares no types here

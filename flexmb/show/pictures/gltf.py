@@ -103,8 +103,7 @@ class Glb:
             self._channel(node, WEIGHTS, time, weights.reshape(-1, 1))
 
     def _channel(self, node: int, path: str, time: np.ndarray, values: np.ndarray) -> None:
-        motion = self.document["animations"][0]
-        key = time.tobytes()
+        motion, key = self.document["animations"][0], time.tobytes()
         if key not in self._inputs:
             self._inputs[key] = self._accessor(time.reshape(-1, 1), None, limits=True)
         output = self._accessor(values, None)
@@ -189,8 +188,7 @@ class Export(Glb):
         super().__init__(f"flexmb {installed_version()}")
         self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
         self._scene: Scene = scene_of(sol, rows, true=true if true is not sol else None)
-        self._half = BAR * self._scene.size
-        colours = body_colours(self._scene)
+        self._half, colours = BAR * self._scene.size, body_colours(self._scene)
         self._materials = {part: self.material(part, _linear_of(colour)) for part, colour in colours.items()}
         self._grey = self.material("couplings", _linear_of("#606060"))
         self._rigid()

@@ -42,8 +42,7 @@ def place_names(
     if figure is None:
         return []
     lay_out(figure)
-    scale = figure.dpi / 72.0
-    to_pixels = ax.transData.transform
+    scale, to_pixels = figure.dpi / 72.0, ax.transData.transform
     at = [to_pixels(np.asarray(point, dtype=float)) for point, _ in points]
     below = [to_pixels(np.asarray(p, dtype=float)) - (0.0, FOOT * scale) for p in feet]
     dots = np.array([*at, *(to_pixels(np.asarray(p, dtype=float)) for p in keep_free), *below]).reshape(-1, 2)

@@ -445,8 +445,7 @@ def plot_journal(
     else:
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
     figure, ax = style.panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
-    turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    label = f"clearance {radius:.3g} m"
+    turn, label = np.linspace(0.0, 2.0 * np.pi, 361), f"clearance {radius:.3g} m"
     ax.plot(
         radius * np.cos(turn), radius * np.sin(turn), color=style.CLEARANCE, linewidth=1.4, linestyle="--", label=label
     )
@@ -491,8 +490,7 @@ def plot_contact_force(
     if not touching.any():
         raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
     figure = style.new_figure(JOURNAL_SIZE)
-    ax = figure.add_subplot(projection="polar")
-    angle = np.arctan2(ey, ex)[touching]
+    ax, angle = figure.add_subplot(projection="polar"), np.arctan2(ey, ex)[touching]
     ax.vlines(angle, 0.0, force[touching], color=style.COLOURS[0], linewidth=0.5, alpha=0.35)
     ax.plot(angle, force[touching], ".", color=style.COLOURS[0], markersize=3.0, linestyle="none")
     ax.set_ylim(0.0, 1.05 * float(force.max()))

@@ -86,8 +86,7 @@ def _exponents(root: xr.Dataset) -> html.Markup:
     unit, period = root["exponent"].attrs.get("units", ""), float(root.attrs["period"])
     rows: list[list[html.Content]] = []
     for k, value in enumerate(root["exponent"].values):
-        error = float(root["exponent_error"].values[k])
-        second = "-"
+        error, second = float(root["exponent_error"].values[k]), "-"
         if "exponent_second" in root:
             second = _with_error(root["exponent_second"].values[k], root["exponent_second_error"].values[k])
         alone = _with_error(value, root["exponent_statistical"].values[k])

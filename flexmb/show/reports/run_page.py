@@ -115,8 +115,7 @@ def joints_with_contacts(sol: Solution) -> list[str]:
 
 def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
     """Journals for the scripts: clearance, values at the frames, and the path over all saved instants."""
-    every = np.unique(np.linspace(0, len(sol.time) - 1, MOST_POINTS).round().astype(int))
-    found = []
+    every, found = np.unique(np.linspace(0, len(sol.time) - 1, MOST_POINTS).round().astype(int)), []
     for joint in joints_with_contacts(sol):
         clearance = clearance_of(sol, joint)
         if clearance is None:
