@@ -120,10 +120,15 @@ def members(mesh: LineMesh) -> list[Indices]:
     """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one."""
     # The first line of a beam in the file gives its direction, and the order of the beams. A gently curved line is no
     # straight beam and is refused.
-    lines = _lines_at(mesh)
-    stops = {node for node, at in enumerate(lines) if _is_stop(mesh, node, at)}
-    done: set[int] = set()
-    result = []
+    lines, stops = _lines_at(mesh), set[int]()  # beams end at an end, a branch, a change of tag, or a corner
+    for node, at in enumerate(lines):
+        bend = math.pi
+        if len(at) == 2 and mesh.tags[at[0]] == mesh.tags[at[1]]:
+            before, after = (mesh.points[_other(mesh, line, node)] for line in at)
+            bend = _angle(mesh.points[node] - before, after - mesh.points[node])
+        if bend > STRAIGHT:
+            stops.add(node)
+    done, result = set[int](), []
     for first in range(len(mesh.edges)):
         if first not in done:
             nodes, used = _walk(mesh, first, lines, stops)
@@ -202,14 +207,6 @@ def _lines_at(mesh: LineMesh) -> list[list[int]]:
         lines[i].append(k)
         lines[j].append(k)
     return lines
-
-
-def _is_stop(mesh: LineMesh, node: int, at: list[int]) -> bool:
-    """Whether a beam ends here: an end, a branch, a change of tag, or a corner."""
-    if len(at) != 2 or mesh.tags[at[0]] != mesh.tags[at[1]]:
-        return True
-    before, after = (_other(mesh, line, node) for line in at)
-    return _angle(mesh.points[node] - mesh.points[before], mesh.points[after] - mesh.points[node]) > STRAIGHT
 
 
 def _other(mesh: LineMesh, line: int, node: int) -> int:
