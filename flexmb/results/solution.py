@@ -160,7 +160,7 @@ def largest_signals(sol: Solution) -> list[str]:
             peaks = {name: sol.peak(name).value for name in sol.names if name.endswith(f".{ending}")}
             seen = [name for name, peak in peaks.items() if not peak <= ROUND_OFF * scales[sol.units(name)]]  # NaN is
             kept = sorted(seen, key=lambda name: -peaks[name])[:MOST_OF_A_KIND]
-        told += [name for name in seen if name in kept]
+            told += [name for name in seen if name in kept]
         if told:
             return told
     return []
