@@ -143,23 +143,20 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
         text = "No straight part: neighbours are as far apart as arbitrary points at once (noise, or too few samples)."
         return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
     ends = np.unique(np.linspace(begin + 4, latest, 40).astype(int))
-    fits = [(end, *_slope_and_error(steps, blocks, begin, end)) for end in ends]
+    fits = []
+    for end in ends:
+        inside, middle = slice(begin, end), (begin + end) // 2
+        of_blocks = np.array([_slope(steps[inside], block[inside]) for block in blocks])
+        first = _slope(steps[begin : middle + 1], mean[begin : middle + 1])
+        second = _slope(steps[middle - 1 : end], mean[middle - 1 : end])
+        error = np.hypot(of_blocks.std(ddof=1) / np.sqrt(len(of_blocks)), 0.5 * (second - first))
+        fits.append((end, _slope(steps[inside], mean[inside]), float(error)))
     rises = [value * (steps[end - 1] - steps[begin]) for end, value, _ in fits]
     if max(rises) < LEAST_RISE:
         text = f"No straight part: the distance of neighbours changes by a factor {np.exp(max(rises)):.2g} only, not e."
         return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
     end, value, error = min((f for f, rise in zip(fits, rises, strict=True) if rise >= LEAST_RISE), key=lambda f: f[2])
     return Slope(value, error, "", (float(steps[begin]), float(steps[end - 1])), steps, mean)
-
-
-def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int) -> tuple[float, float]:
-    """Slope of the mean of curves (blocks, k) over steps[begin:end], and error of the slope."""
-    mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
-    block_slopes = np.array([_slope(steps[inside], block[inside]) for block in blocks])
-    first = _slope(steps[begin : middle + 1], mean[begin : middle + 1])
-    second = _slope(steps[middle - 1 : end], mean[middle - 1 : end])
-    error = np.hypot(block_slopes.std(ddof=1) / np.sqrt(len(block_slopes)), 0.5 * (second - first))
-    return _slope(steps[inside], mean[inside]), float(error)
 
 
 def _slope(t: np.ndarray, y: np.ndarray) -> float:

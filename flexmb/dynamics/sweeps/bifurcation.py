@@ -326,8 +326,7 @@ class _Diagram:
         parts = [chunked[k] for k in (_spread(len(chunked)) if cold else range(len(chunked)))]
         for row, name in enumerate(DIRECTIONS[self.direction]):
             ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
-            for k, part in enumerate(ordered):
-                yield self._chain(record, bar, row, part, begins=k == 0)
+            yield from (self._chain(record, bar, row, part, begins=k == 0) for k, part in enumerate(ordered))
 
     def _chain(self, record: Record, bar: ProgressBar, row: int, part: np.ndarray, *, begins: bool) -> Chain:
         """The points of a chunk one after the other; carried states go from each point to the next."""

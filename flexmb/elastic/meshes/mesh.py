@@ -182,8 +182,8 @@ def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> 
 
 
 def _require_sound_cells(label: str, points: Array, cells: Indices, kind: str) -> None:
-    corners = np.sort(cells[:, : KINDS[kind].corners], axis=1)
-    _, first, inverse, counts = np.unique(corners, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    names = np.sort(cells[:, : KINDS[kind].corners], axis=1)
+    _, first, inverse, counts = np.unique(names, axis=0, return_index=True, return_inverse=True, return_counts=True)
     if counts.max() > 1:
         bad = int(np.argmax(counts))
         second = int(np.flatnonzero(inverse.ravel() == bad)[1])

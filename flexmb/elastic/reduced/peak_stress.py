@@ -165,8 +165,8 @@ def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
         for k, nodes in enumerate(sets):
             both[k, 0] = np.sqrt(((metric[nodes] - metric[nodes].mean(axis=0)) ** 2).sum(axis=1)).max(axis=0)
             both[k, 1:] = stresses[nodes, :parts].mean(axis=0)
-        both = both.reshape(rows, LANES, 1 + parts, n)
-        own.append(_side_by_side(both[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), both[:, :, 1:]))
+        lanes = both.reshape(rows, LANES, 1 + parts, n)
+        own.append(_side_by_side(lanes[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), lanes[:, :, 1:]))
     own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
     return (float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
 

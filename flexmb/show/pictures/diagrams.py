@@ -75,8 +75,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     size = 4.0 if count < MANY_POINTS else 1.2
     for (verdict, name), listed in pieces.items():
         across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
-        look = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
-        look["markeredgewidth"] = 0.0
+        look = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size, "markeredgewidth": 0.0}
         ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)

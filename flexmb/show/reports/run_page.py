@@ -190,8 +190,14 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> html.Markup
         return html.section("Model", html.tag("p", UNKNOWN), html.facts([("signals of", names)]), anchor="model")
     bodies = [part for part in parts if part["kind"] == "body"]
     masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
-    other = (part for part in parts if part["kind"] != "body")
-    others = [[p["name"], p["class"], _ends(p["fields"]), _values(sol, p)] for p in other]
+    others = []
+    for part in (part for part in parts if part["kind"] != "body"):
+        joined = [part["fields"][key][0] for key in ("first", "second", "body", "joint") if key in part["fields"]]
+        between = " and ".join(str(name) for name in joined if isinstance(name, str))
+        speed = f"{part['name']}.speed"  # motions of a drive have the unit of its signals
+        unit = sol.units(speed) if speed in sol else ""
+        told = values_text(part["fields"], units={"rad/s or m/s": unit, "rad or m": unit[:-2]} if unit else None)
+        others.append([part["name"], part["class"], between, told])
     gx, gy = description.get("gravity", (0.0, 0.0))
     gravity = f"({html.number(gx)}, {html.number(gy)}) {pretty('m/s^2')}"
     mass = html.quantity(sum(mass or 0.0 for mass in masses), "kg")
@@ -202,19 +208,6 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> html.Markup
     listed = html.table("Bodies", heads, rows, numbers=[2]) if bodies else None
     rest = html.table("Joints, drives, loads and other parts", more, others) if others else None
     return html.section("Model", html.facts(summary), listed, rest, anchor="model")
-
-
-def _values(sol: Solution, part: Mapping[str, Any]) -> str:
-    """Values of a part in one line; motions of a drive have the unit of its signals."""
-    speed = f"{part['name']}.speed"
-    unit = sol.units(speed) if speed in sol else ""
-    return values_text(part["fields"], units={"rad/s or m/s": unit, "rad or m": unit[:-2]} if unit else None)
-
-
-def _ends(fields: Mapping[str, Any]) -> str:
-    """Bodies or joints that a part connects."""
-    names = [fields[key][0] for key in ("first", "second", "body", "joint") if key in fields]
-    return " and ".join(str(name) for name in names if isinstance(name, str))
 
 
 def _check_section(report: Report | str) -> html.Markup:
