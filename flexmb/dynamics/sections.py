@@ -299,8 +299,7 @@ class SectionMap(SectionOfFlow):
         limit: float | None = None,
     ) -> None:  # fmt: skip
         self._observe(flow)
-        self.signal = signal
-        self.direction = checks.one_of(self._label, "direction", direction, DIRECTIONS)
+        self.signal, self.direction = signal, checks.one_of(self._label, "direction", direction, DIRECTIONS)
         self.level = checks.number(self._label, "level", level)
         self.declared = None if limit is None else checks.positive(self._label, "limit", limit, "s")
         self._count = 0

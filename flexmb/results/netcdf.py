@@ -264,8 +264,7 @@ def _solution(file: NetcdfContent) -> Solution:
     wrong = {key: value for key, value in record["stats"].items() if isinstance(value, str) or not 0 <= value < np.inf}
     if wrong:
         raise ValueError(f"statistics of the run are {wrong!r}; they must be numbers from 0 on")
-    signals = Signals.of(Signal(name, units) for name, units in record["signals"])
-    time = file.array(TIME)
+    signals, time = Signals.of(Signal(name, units) for name, units in record["signals"]), file.array(TIME)
     if not np.isfinite(time).all():
         raise ValueError(f"{TIME!r} has values that are not finite")
     if file.number(VERSION) == FORMAT:

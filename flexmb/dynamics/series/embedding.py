@@ -372,8 +372,7 @@ def _scaling(log_radius: np.ndarray, share: np.ndarray, least: float) -> tuple[f
         return best
     usable = np.arange(usable[0], usable[-1] + 1)
     x, y = log_radius[usable], np.log(share[usable])
-    slopes = np.array([(y[k + 2] - y[k]) / (x[k + 2] - x[k]) for k in range(len(x) - 2)])
-    longest = SPAN
+    slopes, longest = np.array([(y[k + 2] - y[k]) / (x[k + 2] - x[k]) for k in range(len(x) - 2)]), SPAN
     for i in range(len(slopes)):
         for j in range(i + 1, len(slopes)):
             inside = slopes[i : j + 1]

@@ -142,8 +142,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     if latest - begin < 4:
         text = "No straight part: neighbours are as far apart as arbitrary points at once (noise, or too few samples)."
         return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
-    ends = np.unique(np.linspace(begin + 4, latest, 40).astype(int))
-    fits = []
+    ends, fits = np.unique(np.linspace(begin + 4, latest, 40).astype(int)), []
     for end in ends:
         inside, middle = slice(begin, end), (begin + end) // 2
         of_blocks = np.array([_slope(steps[inside], block[inside]) for block in blocks])

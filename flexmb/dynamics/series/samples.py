@@ -221,8 +221,7 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
         return ZeroOne(np.nan, np.nan, "undecided", False, text, step, angles, np.full(count, np.nan))
     correlations = growth_correlations(phi, angles)
     value = float(np.median(correlations))
-    spread = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25])))
-    kind = kind_of(value)
+    spread, kind = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25]))), kind_of(value)
     return ZeroOne(value, spread, kind, True, f"K = {value:.3f} of {record}: {kind}.", step, angles, correlations)
 
 

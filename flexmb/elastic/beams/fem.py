@@ -223,8 +223,7 @@ def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array
 
 def _section_values(section: Section, method: str, s: Array, least: float | None = None) -> Array:
     """Area or second moment at s, checked: > 0, or >= `least` at the ends, where a wedge may run out to zero."""
-    values = np.asarray(getattr(section, method)(s), dtype=float)
-    owner = f"{type(section).__name__}.{method}"
+    values, owner = np.asarray(getattr(section, method)(s), dtype=float), f"{type(section).__name__}.{method}"
     if values.shape != s.shape:
         raise InputError(f"{owner}: the result has shape {values.shape} for s of shape {s.shape}; keep the shape of s.")
     good = np.isfinite(values) & (values > 0.0 if least is None else values >= least)

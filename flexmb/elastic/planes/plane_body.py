@@ -96,8 +96,7 @@ def vibrations(
     except ArpackError as error:
         text = f"{label}: {count + rigid} natural frequencies were not found ({error})"
         raise SolveError(f"{text}. Ask for fewer, or look for nearly separate pieces of the mesh.") from None
-    frequencies = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi)
-    shapes = shapes[:, rigid:]
+    frequencies, shapes = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi), shapes[:, rigid:]
     return frequencies, shapes if T is None else T @ shapes
 
 

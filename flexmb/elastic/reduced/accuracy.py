@@ -100,8 +100,7 @@ class Comparison:
         self.model, self.found = found.model, found
         K, M = self.model.stiffness.tocsc(), self.model.mass_matrix()
         n = found.shapes.shape[1]
-        self.kept = np.setdiff1d(np.arange(K.shape[0]), held)
-        self.own_kept = np.setdiff1d(np.arange(n), held)
+        self.kept, self.own_kept = np.setdiff1d(np.arange(K.shape[0]), held), np.setdiff1d(np.arange(n), held)
         self.full = K[self.kept][:, self.kept].tocsc(), M[self.kept][:, self.kept].tocsc()
         own = np.ix_(self.own_kept, self.own_kept)
         self.own = element.matrices["K"][own], element.matrices["M"][own]
@@ -167,8 +166,7 @@ def accuracy(
         places = [names.index(checks.one_of(model.label, "held pin", name, names)) for name in given]
         if not places:
             raise InputError(f"{model.label}: held is empty, and a free body has no statics. Name a pin.")
-        fixed = [3 * k + axis for k in places for axis in range(3)]
-        holding = ", ".join(given)
+        fixed, holding = [3 * k + axis for k in places for axis in range(3)], ", ".join(given)
     forces = inertia_loads(model)
     for name, load in loads.items():
         values = np.asarray(load(model.points) if callable(load) else load, dtype=float)

@@ -164,13 +164,11 @@ class BeamModel:
         own = {name: Node(name, *self._own((n.x, n.y)), n.theta - first.theta) for name, n in nodes.items()}
         self.pins = tuple(own.pop(name) for name in pins)
         self.nodes = (*self.pins, *own.values())
-        self.place = {node.name: 3 * k for k, node in enumerate(self.nodes)}
-        self.size = 3 * len(self.nodes)
+        self.place, self.size = {node.name: 3 * k for k, node in enumerate(self.nodes)}, 3 * len(self.nodes)
         self.elements: list[Element] = []
         for beam in body.beams:
             data, angles = matrices(beam), chord_directions(beam)
-            unstressed = unstressed_shape(beam, data)
-            starts = [self._own(point) for point in beam.points]
+            unstressed, starts = unstressed_shape(beam, data), [self._own(point) for point in beam.points]
             for k, ends in enumerate(pairwise(beam.nodes)):
                 c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
                 turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
@@ -257,8 +255,7 @@ class BeamModel:
             if rotary.any():
                 rows.append(self._spread(element.places, element.bending @ element.turn))
                 blocks.append(rotary)
-        inertia = dict.fromkeys(self.body.corners, self.body._bosses.inertia)
-        first = self.body.corners[0]
+        inertia, first = dict.fromkeys(self.body.corners, self.body._bosses.inertia), self.body.corners[0]
         inertia[first] = inertia[first] + float(getattr(self.body, "pivot_inertia", 0.0))
         for name, value in inertia.items():
             rows.append(self._spread(self.place[name] + np.arange(3), np.eye(3)[2:]))

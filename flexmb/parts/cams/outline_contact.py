@@ -380,8 +380,7 @@ class OutlineContact(Part):
 
 def check_names(part: Any, contacts: Iterable[str]) -> None:
     """Check the user's names of contacts (`part.names`): each for one of `contacts`, and no name twice."""
-    given = checks.mapping(part.label, "names", part.names)
-    known = list(contacts)
+    given, known = checks.mapping(part.label, "names", part.names), list(contacts)
     for contact, name in given.items():
         if contact not in known:
             text = f"{part.label}: names has {contact!r}, which is no contact of it."

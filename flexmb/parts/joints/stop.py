@@ -258,8 +258,8 @@ class Stop(Part):
                 found = [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
             else:
                 angle, m = math.atan2(self.along[1], self.along[0]), drawn_direction(mechanism, ends.first, self.along)
-                drawn, rest = dx * math.cos(angle) + dy * math.sin(angle), (*m, *ends.offsets)
-                found = [(name, travel_gap_kernel, (s, x + drawn, *rest)) for name, s, x in self._limits()]
+                drawn, line = dx * math.cos(angle) + dy * math.sin(angle), (*m, *ends.offsets)
+                found = [(name, travel_gap_kernel, (s, x + drawn, *line)) for name, s, x in self._limits()]
         place, laws, several = ends.coordinates, (self.normal, Frictionless()), len(found) > 1
         return [ContactContribution(self.name, kernel, place, (NO_CLEARANCE, *p), *laws, name if several else "")
                 for name, kernel, p in found]  # fmt: skip

@@ -190,8 +190,7 @@ class Runner:
             span["save"] = request.length / ROWS_OF_A_PERIOD / 2.0
         if begun:
             span |= {"save_from_period" if self.unit == PERIODS else "save_from": begun, "restart": restart}
-        watched = _Watch(self, request, mechanism)
-        context = copy_context()
+        watched, context = _Watch(self, request, mechanism), copy_context()
         context.run(AFTER_BLOCK.set, watched)
         sol = context.run(simulate, mechanism, **span)
         # Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one

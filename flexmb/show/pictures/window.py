@@ -165,8 +165,7 @@ class Window:
     def go_to(self, now: int) -> None:
         """Show the pose number `now`; beyond the last one the motion begins again."""
         before, self._now = self._now, now % len(self._scene.time)
-        shift = np.append(self._centres[self._now] - self._centres[before], 0.0)
-        camera = self.plotter.camera
+        shift, camera = np.append(self._centres[self._now] - self._centres[before], 0.0), self.plotter.camera
         camera.focal_point, camera.position = camera.focal_point + shift, camera.position + shift
         for mesh, points, data in self._moving:
             mesh.points = points[self._now]

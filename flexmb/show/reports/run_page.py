@@ -241,8 +241,7 @@ def energy_section(sol: Solution) -> html.Markup | None:
     for key, name in names.items():
         first, last = sol.array(name)[[0, -1]]
         rows.append([ENERGIES[key], html.number(first), html.number(last), html.number(sol.peak(name).value)])
-    made = html.table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3])
-    share = None
+    made, share = html.table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3]), None
     if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
         part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
         share = html.tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
@@ -306,8 +305,7 @@ def write_run(
 
 def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> html.Markup:
     """All sections but the last one."""
-    panels = html.tag("div", class_="plots", id="plots")
-    first = html.tag("option", "Add a plot ...", value="")
+    panels, first = html.tag("div", class_="plots", id="plots"), html.tag("option", "Add a plot ...", value="")
     select = html.tag("select", first, id="more-signals", aria_label="Add a plot")
     hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
     more = html.tag("div", select, html.tag("p", hint, class_="hint"), class_="more")
