@@ -1,7 +1,5 @@
 """Jobs on any executor: calls that may fail, chains that wait for one another, threads and worker processes."""
 
-from __future__ import annotations
-
 import pickle
 import re
 import threading

@@ -1,7 +1,5 @@
 """Pseudo-arclength continuation of periodic orbits along a parameter, through folds; events between points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -32,7 +30,7 @@ class ContinuationPoint:
     iterations: int
     run: ShootingRun  # the run in the coordinates of the continuation
 
-    def test(self, name: str, old: ContinuationPoint) -> float:
+    def test(self, name: str, old: "ContinuationPoint") -> float:
         """Value of a test function; for grazing its sign changes with the number of closures since an earlier point."""
         value = self.tests.get(name, np.nan)
         if name not in self.touches:

@@ -1,7 +1,5 @@
 """Newton's method for the gaps of multiple shooting, at a fixed parameter or on a branch."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -43,8 +43,7 @@ def moments(eps, alpha, whole):
     if whole:
         return 2.0 * math.pi, 0.0, 0.0, math.pi, 0.0, math.pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     sin1, cos1, sin2, cos2, turn = ends_of_sector(eps, alpha)
-    both = 0.5 * (sin2 * cos2 - sin1 * cos1)
-    r = -1.0 / (1.0 - eps * eps)
+    both, r = 0.5 * (sin2 * cos2 - sin1 * cos1), -1.0 / (1.0 - eps * eps)
     return (
         turn, sin2 - sin1, cos1 - cos2, 0.5 * turn + both, 0.5 * (sin2 * sin2 - sin1 * sin1), 0.5 * turn - both,
         r * (sin2 - sin1), r * (sin2 * cos2 - sin1 * cos1), r * (sin2 * sin2 - sin1 * sin1),
@@ -61,8 +60,7 @@ def film_force(kind, extent, eps, a, b):
     if kind == LONG:
         k = 2.0 / (2.0 + eps * eps)
         k_e = -eps * k * k
-    whole = extent == WHOLE
-    alpha = math.atan2(a if extent == POSITIVE else 0.0, k * b)
+    whole, alpha = extent == WHOLE, math.atan2(a if extent == POSITIVE else 0.0, k * b)
     # Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps
     I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
     s2 = 1.0 - eps * eps

@@ -241,8 +241,7 @@ pair_of = roller_pair
 def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Distance of a circle, or of another second curve, from a closed curve = 0."""
     _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair_of(p, q)
-    g[0] = distance
-    J = row(nx, ny, r1x, r1y, r2x, r2y)
+    g[0], J = distance, row(nx, ny, r1x, r1y, r2x, r2y)
     total = 0.0
     for j in range(6):
         G[0, j] = J[j]

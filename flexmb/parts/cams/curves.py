@@ -347,9 +347,7 @@ def horner(p, k, u):
     """Polynomial of degree 7 with the coefficients p[k], ..., p[k + C7], and its two derivatives."""
     value, slope, half_bend = p[k + C7], 0.0, 0.0
     for i in range(C6, -1, -1):
-        half_bend = half_bend * u + slope
-        slope = slope * u + value
-        value = value * u + p[k + i]
+        half_bend, slope, value = half_bend * u + slope, slope * u + value, value * u + p[k + i]
     return value, slope, 2.0 * half_bend
 
 

@@ -58,8 +58,7 @@ def tooth_gap_kernel(p, q, v, out):
     ex, ey = dx / D, dy / D
     cos_a = min(sign * B / D, STEEPEST)
     sin_a = math.sqrt(1.0 - cos_a * cos_a)
-    tan_a = sin_a / cos_a
-    x = rb1 * q[2] + rb2 * q[5] - B * math.atan2(dy, dx) - offset
+    tan_a, x = sin_a / cos_a, rb1 * q[2] + rb2 * q[5] - B * math.atan2(dy, dx) - offset
     x -= pitch * math.floor(x / pitch + 0.5)  # all teeth are alike
     gap = half + B * (tan_a - math.atan(tan_a) - inv_a) - side * x
     nx, ny = -sign * (sin_a * ex - side * cos_a * ey), -sign * (sin_a * ey + side * cos_a * ex)
@@ -106,8 +105,7 @@ def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[0, 2] += r1
     G[0, 5] += r2
     swing = along[FIRST_ANGLE] * v[2] * v[2] + along[SECOND_ANGLE] * v[5] * v[5]
-    gamma[0] = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D
-    k = lam[0] * R / D
+    gamma[0], k = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D, lam[0] * R / D
     for i in range(6):
         for j in range(6):
             H[i, j] = k * (along[i] * across[j] + across[i] * along[j]) / D

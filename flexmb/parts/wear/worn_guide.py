@@ -82,8 +82,7 @@ def touch(p, q):
     along, across = ux * ex + uy * ey, ux * ey - uy * ex
     far, side, n = p[PLAY] + p[HALF], p[SIDE], p.shape[0] - DEPTHS
     if side == 0.0:
-        n = n // 2
-        side = 1.0
+        n, side = n // 2, 1.0
         depth, mx, my, inverse, foot = nearest_border(p, DEPTHS, n, along, across - far)
         deeper, ox, oy, turns, place = nearest_border(p, DEPTHS + n, n, along, -across - far)
         if deeper > depth:

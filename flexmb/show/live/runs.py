@@ -1,7 +1,5 @@
 """Runs of a live page in one thread: the newest values win, long runs show their rows so far, runs may go on."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Mapping
 from contextvars import copy_context
@@ -54,7 +52,7 @@ class View:
     period: float | None = None
 
 
-def view_of(request: Request, mechanism: Mechanism, sol: Solution, **more: Any) -> View:
+def view_of(request: "Request", mechanism: Mechanism, sol: Solution, **more: Any) -> View:
     """View of a solution."""
     largest = dict(zip(sol.names, sol.peaks.values.tolist(), strict=True))
     more |= {"mechanism": mechanism, "number": request.number}
