@@ -197,8 +197,7 @@ class Plan:
         more: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
         exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **more)
         pairs = planes(signals, flow.names)
-        partners = (name for plane in pairs for name in plane if name is not None)
-        names = tuple(dict.fromkeys([*signals, *partners]))
+        names = tuple(dict.fromkeys([*signals, *(name for plane in pairs for name in plane if name is not None)]))
         places = [flow.names.index(name) for name in names]
         times, rows, trouble = list[float](), list[np.ndarray](), ""
         if self.series and exponents.ok and flow.ok:

@@ -169,8 +169,13 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     cubics, n = (_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about), len(begin)
     bent = [*cubics, np.zeros((n, 2)), np.tile(BOW, (n, 1))]
     if any(beam.shear for beam in beams):
-        sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
-        bent = with_shear(end - begin, 1.0 / flexibility, cubics, sliding)
+        rigidities = np.full_like(inside, np.inf)  # ks G A [N]; infinite for beams without shear
+        for beam, last, count in zip(beams, np.cumsum(counts), counts, strict=True):
+            if beam.shear:
+                own, G = slice(last - count, last), beam.material.shear_modulus
+                ks = shear_factors(beam.section, beam.shear, beam.material.poisson, inside[own])
+                rigidities[own] = ks * G * A[own]
+        bent = with_shear(end - begin, 1.0 / flexibility, cubics, _INVERSE.elemental(axial, weight=rigidities))
     bent[1] = bent[1] + bent[2]
     along = np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None], _local(_PRODUCT, axial, rho * A)
     whole = (end - begin, *along, *bent, E * A_ends, E * I_ends)
@@ -205,16 +210,6 @@ def _dimensions(
         rows = np.concatenate([np.arange(ends[k] - counts[k], ends[k]) for k in members])
         A[rows], I[rows] = _both(section, s[rows], least)
     return A, I
-
-
-def _shear_rigidities(beams: Sequence[BeamData], counts: Sequence[int], s: Array, A: Array) -> Array:
-    """ks G A at s (elements, places) [N]; infinite for beams without shear."""
-    found, ends = np.full_like(s, np.inf), np.cumsum(counts)
-    for beam, last, count in zip(beams, ends, counts, strict=True):
-        if beam.shear:
-            rows, G = slice(last - count, last), beam.material.shear_modulus
-            found[rows] = shear_factors(beam.section, beam.shear, beam.material.poisson, s[rows]) * G * A[rows]
-    return found
 
 
 def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array]:

@@ -182,7 +182,12 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
         moved[held:][good] = new[good]
         points = moved
     cells = _inside(shape, points)
-    _require_boundary(shape, points, cells, edges)
+    sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ np.array([len(points), 1])
+    missing = ~np.isin(np.sort(edges, axis=1) @ np.array([len(points), 1]), sides)
+    if missing.any():
+        at = points[edges[missing][0]].mean(axis=0)
+        text = f"{shape.label}: the boundary is narrow at ({at[0]:.4g}, {at[1]:.4g}) m for cells of this size"
+        raise InputError(f"{text}. Take a smaller size, or move holes away from each other and from the outline.")
     return points, cells, {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
 
 
@@ -217,16 +222,6 @@ def _inside(shape: Shape, points: Array) -> Indices:
     cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
     # three nodes on one side of the outline may span a cell by round-off
     return np.asarray(cells[np.abs(area) > FLAT * np.median(np.abs(area))])
-
-
-def _require_boundary(shape: Shape, points: Array, cells: Indices, edges: Indices) -> None:
-    """Refuse a triangulation that misses an edge of the boundary."""
-    sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ np.array([len(points), 1])
-    missing = ~np.isin(np.sort(edges, axis=1) @ np.array([len(points), 1]), sides)
-    if missing.any():
-        x, y = points[edges[missing][0]].mean(axis=0)
-        text = f"{shape.label}: the boundary is narrow at ({x:.4g}, {y:.4g}) m for cells of this size"
-        raise InputError(f"{text}. Take a smaller size, or move holes away from each other and from the outline.")
 
 
 def require_apart(label: str, shape: Shape, names: Sequence[str]) -> None:

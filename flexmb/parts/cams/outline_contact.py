@@ -94,32 +94,26 @@ def start_normal(p, k):
 
 
 @compiled
-def nearest_place(p, first, count, X, Y):
-    """Nearest piece or end of a piece: its place in p, whether it is an end of it, and whether the last one."""
-    # To round-off an end is as near as feet beside it: it counts beyond both pieces, without a corner as their place.
-    best, found, is_end, at_end = math.inf, first, True, False
+def outline_place(p, first, count, X, Y):
+    """Nearest point, outward normal, signed distance and curvature b/a of some pieces for a point (X, Y)."""
+    # k is the nearest piece, or that of the nearest end. To round-off an end is as near as feet beside it: it counts
+    # beyond both pieces, without a corner as their place.
+    best, k, is_end, at_end = math.inf, first, True, False
     last = first + PIECE_SIZE * (count - 1)
     before = foot_on_piece(p, last, X, Y)
     for i in range(count):
-        k = first + PIECE_SIZE * i
-        square = foot_on_piece(p, k, X, Y)
+        now = first + PIECE_SIZE * i
+        square = foot_on_piece(p, now, X, Y)
         if square < best:
-            best, found, is_end = square, k, False
-        joined = p[last + X1] == p[k + X0] and p[last + Y1] == p[k + Y0]
-        start, end = (X - p[k + X0]) ** 2 + (Y - p[k + Y0]) ** 2, (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
+            best, k, is_end = square, now, False
+        joined = p[last + X1] == p[now + X0] and p[last + Y1] == p[now + Y0]
+        start, end = (X - p[now + X0]) ** 2 + (Y - p[now + Y0]) ** 2, (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
         if start < best and square == math.inf and not (joined and before < math.inf):
-            _, _, sine = start_normal(p, k)
-            best, found, is_end, at_end = start, k, not joined or abs(sine) > 0.5 * SMOOTH, False
+            _, _, sine = start_normal(p, now)
+            best, k, is_end, at_end = start, now, not joined or abs(sine) > 0.5 * SMOOTH, False
         if end < best and before == math.inf and not joined:
-            best, found, is_end, at_end = end, last, True, True
-        last, before = k, square
-    return found, is_end, at_end
-
-
-@compiled
-def outline_place(p, first, count, X, Y):
-    """Nearest point, outward normal, signed distance and curvature b/a of some pieces for a point (X, Y)."""
-    k, is_end, at_end = nearest_place(p, first, count, X, Y)
+            best, k, is_end, at_end = end, last, True, True
+        last, before = now, square
     if not is_end:
         return inner_place(p, k, X, Y)
     x, y, mx, my = p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY]
