@@ -323,7 +323,10 @@ class _Diagram:
         """Chains of all chunks, in the order of computation."""
         numbers, cold = self.numbers, self.direction == "cold"
         chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
-        parts = [chunked[k] for k in (_spread(len(chunked)) if cold else range(len(chunked)))]
+        # cold chunks fill the range evenly: their numbers with mirrored bits
+        bits = max(len(chunked) - 1, 1).bit_length()
+        order = (int(f"{k:0{bits}b}"[::-1], 2) for k in range(1 << bits)) if cold else range(len(chunked))
+        parts = [chunked[k] for k in order if k < len(chunked)]
         for row, name in enumerate(DIRECTIONS[self.direction]):
             ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
             yield from (self._chain(record, bar, row, part, begins=k == 0) for k, part in enumerate(ordered))
@@ -345,13 +348,6 @@ class _Diagram:
             begins = False
             if carries and record.at(index, "ok"):
                 carried = record.at(index, STATE).copy()
-
-
-def _spread(count: int) -> list[int]:
-    """Numbers 0 ... count - 1 in an order that fills the range evenly."""
-    digits = max(count - 1, 1).bit_length()
-    mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
-    return [k for k in mirrored if k < count]
 
 
 def _exponent_over(label: str, exponent: Any, skip: int, keep: int) -> tuple[int, bool]:

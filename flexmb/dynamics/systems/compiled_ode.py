@@ -347,14 +347,12 @@ class CompiledMotion:
                 errors=np.array([method.E5, method.E3]),
             )  # fmt: skip
         m = self._record
-        m.p[:] = [*chain(*self._numbers)]
-        m.x[:] = ode._state
+        m.p[:], m.x[:] = [*chain(*self._numbers)], ode._state
         m.t, m.h, m.last, m.rtol, m.atol = ode._time, ode._h or 0.0, self.last, ode.rtol, ode.atol
         m.signal, m.level, m.side = section
         rates, heights = self._tables
         code = int(advance_ode(rates, heights, m, limit, single))
         self.before = m.before.copy()
         ode._time, ode._state, ode._h, self.last = m.t, m.x.copy(), m.h or None, m.last
-        ode.ok = code in (REACHED, CROSSED)
-        ode.status = ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
+        ode.ok, ode.status = code in (REACHED, CROSSED), ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
         return code == CROSSED

@@ -37,8 +37,7 @@ class GivenSystem(Dynamics):
         jacobian: Callable[..., Any] | None, parameters: Mapping[str, Any] | None, names: Sequence[str] | None,
     ) -> None:  # fmt: skip
         """Check and keep the arguments that every such system takes."""
-        self.name = name
-        label = self._label
+        self.name, label = name, self._label
         self.function, self.jacobian = function_of(label, "function", function), jacobian
         if jacobian is not None:
             function_of(label, "jacobian", jacobian)
@@ -368,8 +367,7 @@ class ODE(GivenSystem, ContinuousFlow):
         if self.jacobian is not None:
             return square_of(self._label, self.jacobian(t, x.copy(), **self._parameters), self.size)
         f, p = self.function, self._parameters
-        seen = self._seen(lambda y: f(max(INSTANTS), y, **p))
-        return central_differences(lambda y: f(t, y, **p), x, seen, rate)
+        return central_differences(lambda y: f(t, y, **p), x, self._seen(lambda y: f(max(INSTANTS), y, **p)), rate)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""

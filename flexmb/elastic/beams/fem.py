@@ -252,8 +252,7 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
     dx, dy = end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]
     l = np.hypot(dx, dy)
     c, s = dx / l, dy / l
-    angles = start[:, 2] + beam.start_angle, end[:, 2] + beam.end_angle
-    ends = ((np.cos(angle), np.sin(angle)) for angle in angles)
+    ends = ((np.cos(a), np.sin(a)) for a in (start[:, 2] + beam.start_angle, end[:, 2] + beam.end_angle))
     # less the direction of the chord, in (-pi, pi]
     return Deformation(l, c, s, *(np.arctan2(st * c - ct * s, ct * c + st * s) for ct, st in ends))
 

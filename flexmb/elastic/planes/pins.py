@@ -52,8 +52,7 @@ def averaged_pin_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
         H[2, i], H[2, i + 1] = -lam[2] * ax, -lam[2] * ay
         H[i, 2], H[i + 1, 2] = -lam[2] * ax, -lam[2] * ay
     g[2], G[2, 2] = cross, -dot
-    gamma[2] = spin * (2.0 * dot_rate + spin * cross)
-    H[2, 2] = -(lam[0] * mx + lam[1] * my) - lam[2] * cross
+    gamma[2], H[2, 2] = spin * (2.0 * dot_rate + spin * cross), -(lam[0] * mx + lam[1] * my) - lam[2] * cross
 
 
 def averaged_pin(

@@ -157,8 +157,7 @@ class BeamModel:
     """Matrices of the beams of a body over the displacements of its nodes, pins first, in the axes of the first pin."""
 
     def __init__(self, body: FlexibleBody, pins: Sequence[str]) -> None:
-        self.body = body
-        nodes = {node.name: node for node in body.nodes()}
+        self.body, nodes = body, {node.name: node for node in body.nodes()}
         first = nodes[pins[0]]
         self.origin, self.direction = (first.x, first.y), first.theta
         own = {name: Node(name, *self._own((n.x, n.y)), n.theta - first.theta) for name, n in nodes.items()}

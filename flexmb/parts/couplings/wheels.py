@@ -423,8 +423,7 @@ class Gear(Wheels):
         rest = involute(self.pressure_angle), offset, pitch * c
         flanks = ((name, (*play, side, *rest)) for name, side in FLANKS.items())
         own, laws = (self.name, tooth_gap_kernel, coordinates), (self.normal, Frictionless())
-        contacts = [ContactContribution(*own, p, *laws, name) for name, p in flanks]
-        return [*contacts, replace(ideal, holds="closed")]
+        return [*(ContactContribution(*own, p, *laws, name) for name, p in flanks), replace(ideal, holds="closed")]
 
 
 PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark

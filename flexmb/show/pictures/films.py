@@ -58,8 +58,7 @@ class Film:
         self._figure, self._ax = self._make()
         self._canvas: Any = self._figure.canvas  # matplotlib declares no types here
         colouring = None if field is None else _colouring(self.scene, field[0])
-        self._pose = Pose(self._ax, self.scene, 0, colouring)
-        name = self.scene.name
+        self._pose, name = Pose(self._ax, self.scene, 0, colouring), self.scene.name
         if self._magnify != 1.0:
             name += f", deformation x {self._magnify:g}" if self._magnify else ", undeformed"
         self._figure.suptitle(name, x=0.02, ha="left", fontsize="medium")
@@ -250,8 +249,7 @@ def animate(
     """
     target = checks.path("animate", path)
     if target.suffix.lower() not in ENDINGS:
-        listed = ", ".join(ENDINGS)
-        raise InputError(f"animate: path is {str(path)!r}; it must end in one of {listed}.")
+        raise InputError(f"animate: path is {str(path)!r}; it must end in one of {', '.join(ENDINGS)}.")
     if target.suffix.lower() == ".html":
         return Path(import_module("flexmb.show.reports.report").report(sol, target))
     rate = checks.positive("animate", "fps", fps)
