@@ -159,7 +159,8 @@ def stribeck_kernel(p, h, slip, N, z, z_new):
     mu_s, mu_k, vs, v0, n, c = p
     s = abs(slip) / vs
     power = s**n
-    fall, c0 = (mu_s - mu_k) * math.exp(-power), math.tanh(slip / v0)
+    fall = (mu_s - mu_k) * math.exp(-power)
+    c0 = math.tanh(slip / v0)
     mu = (mu_k + fall) * c0 + c * slip
     by_speed = -n * fall * (power / s if s > 0.0 else 0.0) / vs
     slope = by_speed * abs(c0) + (mu_k + fall) * (1.0 - c0 * c0) / v0 + c
@@ -216,10 +217,12 @@ def bengisu_akay_kernel(p, h, slip, N, z, z_new):
     v = abs(slip)
     if v <= v0:
         left = 1.0 - v / v0
-        mu, slope = mu_s * (1.0 - left * left), 2.0 * mu_s * left / v0
+        mu = mu_s * (1.0 - left * left)
+        slope = 2.0 * mu_s * left / v0
     else:
         fall = (mu_s - mu_k) * math.exp(-xi * (v - v0))
-        mu, slope = mu_k + fall, -xi * fall
+        mu = mu_k + fall
+        slope = -xi * fall
     signed = math.copysign(mu, slip)
     return -signed * N, -slope * N, -signed
 
@@ -257,7 +260,8 @@ def brown_mcphee_kernel(p, h, slip, N, z, z_new):
     """T = -N [mu_k tanh(4 s) + (mu_s - mu_k) s / (s^2/4 + 3/4)^2] - c slip tanh(4 N/N_t), s = slip/v_t."""
     mu_s, mu_k, vt, c, Nt = p
     s = slip / vt
-    rise, bowl = math.tanh(4.0 * s), 0.25 * s * s + 0.75
+    rise = math.tanh(4.0 * s)
+    bowl = 0.25 * s * s + 0.75
     mu = mu_k * rise + (mu_s - mu_k) * s / (bowl * bowl)
     slope = 4.0 * mu_k * (1.0 - rise * rise) + (mu_s - mu_k) * (bowl - s * s) / (bowl * bowl * bowl)
     wet = math.tanh(4.0 * N / Nt)
