@@ -218,7 +218,7 @@ class FlexibleBody(ElasticBody):
     @cached_property
     def _options(self) -> tuple[float | None, float | None]:
         """Rotary inertia [kg m] (None: rho I) and shear of a `Beam` (None: that of its sections, if they know it)."""
-        shear: float | None = None if self.shear else 0.0
+        shear: float | None = None if self.shear is True else 0.0
         if not isinstance(self.shear, bool):
             shear = checked_factor(self.label, "shear", self.shear)
         for section in self._sections if shear is None else ():
