@@ -37,7 +37,8 @@ class GivenSystem(Dynamics):
         jacobian: Callable[..., Any] | None, parameters: Mapping[str, Any] | None, names: Sequence[str] | None,
     ) -> None:  # fmt: skip
         """Check and keep the arguments that every such system takes."""
-        self.name, label = name, self._label
+        self.name = name
+        label = self._label
         self.function, self.jacobian = function_of(label, "function", function), jacobian
         if jacobian is not None:
             function_of(label, "jacobian", jacobian)
