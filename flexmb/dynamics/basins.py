@@ -84,24 +84,19 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
         again = points[n - (n - since) % repetition][None, :] if repetition else None
         if again is not None and rules.away(again, points[since])[0] <= 2.0 * rules.close:
             return np.array(points[-repetition:]), repetition, since
-        repetition, since = _repeats(points, rules), n
+        # The number of periods after which the points return; 0: no return, or points still far from their limit.
+        # Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
+        last, repetition, since = np.array(points[-3 * rules.repeats :]), 0, n
+        back = rules.away(last[:-1][::-1], last[-1])
+        for k in (k for k in range(1, len(last) // 3 + 1) if not back[k - 1] > rules.close):
+            now, before, first = last[-k:], last[-2 * k : -k], last[-3 * k : -2 * k]
+            d1, d0 = (float(rules.away(*pair).max()) for pair in ((now, before), (before, first)))
+            if d1 <= SAME * rules.close or (d1 < d0 and d1 * d1 <= rules.close * (d0 - d1)):
+                nearer = (m for m in range(1, k) if k % m == 0)  # a spiral comes nearer to itself after some turns
+                away = ((m, rules.away(now, last[-k - m : -m]).max()) for m in nearer)
+                repetition = next((m for m, d in away if d <= 3.0 * rules.close), k)
+                break
     return np.array(points[-KEPT:]), 0, rules.longest
-
-
-def _repeats(points: list[np.ndarray], rules: Rules) -> int:
-    """Number of periods after which the points return; 0: no return, or points still far from their limit."""
-    # Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
-    last = np.array(points[-3 * rules.repeats :])
-    back = rules.away(last[:-1][::-1], last[-1])
-    for k in range(1, len(last) // 3 + 1):
-        if back[k - 1] > rules.close:
-            continue
-        now, before, first = last[-k:], last[-2 * k : -k], last[-3 * k : -2 * k]
-        d1, d0 = (float(rules.away(*pair).max()) for pair in ((now, before), (before, first)))
-        if d1 <= SAME * rules.close or (d1 < d0 and d1 * d1 <= rules.close * (d0 - d1)):
-            divisors = [m for m in range(1, k) if k % m == 0]  # a spiral comes nearer to itself after some turns
-            return next((m for m in divisors if rules.away(now, last[-k - m : -m]).max() <= 3.0 * rules.close), k)
-    return 0
 
 
 def matched_attractors(tracks: list[Track], rules: Rules) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:
@@ -166,8 +161,7 @@ class Basin:
     def to_dataset(self) -> xr.Dataset:
         """Numbers and periods over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
         longest = max((len(a) for a in self.attractors), default=0)
-        size = self.attractors[0].shape[1] if self.attractors else 0
-        points = np.full((len(self.attractors), longest, size), np.nan)
+        points = np.full((len(self.attractors), longest, self.attractors[0].shape[1] if self.attractors else 0), np.nan)
         for table, attractor in zip(points, self.attractors, strict=True):
             table[: len(attractor)] = attractor
         (a, b), (ua, ub) = self.axes, self.units

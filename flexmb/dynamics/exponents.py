@@ -31,35 +31,28 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
     # that still changes); round-off, 4 + sqrt(n) units of each logarithm, added up; and the exponent itself, if
     # neighbours part over the last half by no more than the third power of time (a factor of 6): log(t) / t is above
     # zero in any finite record. `logs` are logarithms of growth, `times` the durations of the growth.
-    blocks = block_error(logs, times)
-    if not np.isfinite(blocks):
-        return float("nan")
-    value, half = logs.sum() / times.sum(), len(logs) // 2
-    late = float(logs[half:].sum())
-    changed = abs(late / times[half:].sum() - value)
-    unit = (LOGS + np.sqrt(len(logs))) * np.finfo(float).eps
-    round_off = unit * np.maximum(np.abs(logs), 1.0).sum() / times.sum()
-    algebraic = value + round_off if value > 0.0 and late <= POWER * LATE else 0.0
-    return float(max(blocks, changed if changed > WITHIN * blocks else 0.0, round_off, algebraic))
-
-
-def block_error(logs: np.ndarray, times: np.ndarray) -> float:
-    """Standard deviation of sum(logs) / sum(times), both (n,), from blocks; NaN below 18 entries."""
-    # Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records). The deviations of
-    # their sums from the mean rate are nearly independent. A correlation r > 0 between neighbouring blocks increases
-    # the variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
+    # Blocks are twenty of equal numbers of entries (fewer, of two entries, in short records). The deviations of their
+    # sums from the mean rate are nearly independent. A correlation r > 0 between neighbouring blocks increases the
+    # variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
     # Equation (9.5) of docs/theory/exponents.md.
     count = min(BLOCKS, len(logs) // 2)
     if count < FEWEST_BLOCKS or not np.isfinite(logs).all():
         return float("nan")
     size = len(logs) // count
-    n = size * count
-    logs, times = logs[-n:], times[-n:]
-    rest = (logs - logs.sum() / times.sum() * times).reshape(count, size).sum(axis=1)
+    last, spans = logs[-size * count :], times[-size * count :]
+    rest = (last - last.sum() / spans.sum() * spans).reshape(count, size).sum(axis=1)
     spread = float(rest @ rest)
     r = float(rest[1:] @ rest[:-1]) / spread if spread > 0.0 else 0.0
     wider = (1.0 + r) / (1.0 - r) if r > 0.0 else 1.0
-    return float(np.sqrt(wider * spread * count / (count - 1.0)) / times.sum())
+    blocks = float(np.sqrt(wider * spread * count / (count - 1.0)) / spans.sum())
+    if not np.isfinite(blocks):
+        return float("nan")
+    value, half = logs.sum() / times.sum(), len(logs) // 2
+    late = float(logs[half:].sum())
+    changed = abs(late / times[half:].sum() - value)
+    round_off = (LOGS + np.sqrt(len(logs))) * np.finfo(float).eps * np.maximum(np.abs(logs), 1.0).sum() / times.sum()
+    algebraic = value + round_off if value > 0.0 and late <= POWER * LATE else 0.0
+    return float(max(blocks, changed if changed > WITHIN * blocks else 0.0, round_off, algebraic))
 
 
 def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_errors: np.ndarray) -> np.ndarray:
@@ -219,8 +212,7 @@ class Exponents(arguments.Checked):
         names, second = ("spectrum", "errors", "history", "statistical"), self.confirmed
         if second is not None:
             second = replace(second, spectrum=T * second.spectrum, errors=T * second.errors)
-        scaled = {name: T * getattr(self, name) for name in names}
-        return replace(self, **scaled, confirmed=second, units="1/period")
+        return replace(self, **{name: T * getattr(self, name) for name in names}, confirmed=second, units="1/period")
 
     def __repr__(self) -> str:
         values = zip(self.spectrum[:SHOWN], self.errors, strict=False)

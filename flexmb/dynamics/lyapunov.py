@@ -411,8 +411,7 @@ class TrajectoryPair:
 
     def __init__(self, first: Dynamics, distance: float | None, direction: np.ndarray) -> None:
         self.first, self.second, self.weights, self.size = first, first.copy(), first.weights, 0.0
-        usual = first.small * (self.length(first.state()) or 1.0)
-        given = distance is not None
+        usual, given = first.small * (self.length(first.state()) or 1.0), distance is not None
         self.distance = checks.positive(f"benettin {first.name!r}", "distance", distance) if given else usual
         self.renormalise(direction)
 

@@ -189,8 +189,7 @@ class Plan:
         if checks.count(label, f"{option}exponents", self.exponents) > most:
             raise InputError(f"{label}: {option}exponents is {self.exponents}; {flow.name!r} has {most}.")
         places = [flow.number_of(f"{label}: {option}signals", name) for name in self.signals or ()]
-        names = tuple(flow.names[place] for place in dict.fromkeys(places))
-        return replace(self, signals=names or flow.main_signals)
+        return replace(self, signals=tuple(flow.names[place] for place in dict.fromkeys(places)) or flow.main_signals)
 
     def report(self, *, progress: bool) -> ChaosReport:
         """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
@@ -198,8 +197,7 @@ class Plan:
         more: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
         exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **more)
         pairs = planes(signals, flow.names)
-        partners = (name for plane in pairs for name in plane if name is not None)
-        names = tuple(dict.fromkeys([*signals, *partners]))
+        names = tuple(dict.fromkeys([*signals, *(name for plane in pairs for name in plane if name is not None)]))
         places = [flow.names.index(name) for name in names]
         times, rows, trouble = list[float](), list[np.ndarray](), ""
         if self.series and exponents.ok and flow.ok:
@@ -215,8 +213,7 @@ class Plan:
                     bar.update(1)
             bar.close()
         fine, units = np.array(rows).reshape(len(rows), len(flow.names)), tuple(flow.units[place] for place in places)
-        points = exponents.points[:, places]
-        motion = Motion(names, units, points, period, np.array(times), fine[:, places], trouble)
+        motion = Motion(names, units, exponents.points[:, places], period, np.array(times), fine[:, places], trouble)
         found = tuple(self._estimates(motion, name) for name in signals)
         return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs), self.strobe.origin)
 
@@ -341,7 +338,20 @@ def _table(report: ChaosReport, option: str) -> Iterator[str]:
         yield f"  {exponents.verdict.reason}"
     yield f"  {points} periods of {report.period:.6g} s, after {report.skip} skipped ones. {exponents.status}"
     yield ""
-    yield from _exponents(exponents, report.period)
+    second = exponents.confirmed
+    origin = "of this run alone" if second is None else "with the difference of the second run"
+    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {origin}"
+    pairs = [(float(value), float(error)) for value, error in zip(exponents.spectrum, exponents.errors, strict=True)]
+    for k, (value, error) in enumerate(pairs):
+        name = "largest exponent" if k == 0 else f"exponent {k + 1}"
+        yield _line(name, value, error, exponents.units, meaning_of(value, error, report.period))
+        if second is not None:
+            yield _line("  this run alone", value, float(exponents.statistical[k]), exponents.units, "")
+            steps = f"{second.fineness}, another start, {second.periods} periods"
+            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), exponents.units, steps)
+    if len(pairs) > 1:
+        text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
+        yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.units, text)
     if np.isfinite(report.dimension):
         text = "of the section, from the exponents; the motion in time has 1 more"
         yield _line("Lyapunov dimension", report.dimension, None, "", text)
@@ -358,24 +368,6 @@ def _line(name: str, value: float, error: float | None, unit: str, meaning: str)
     number = f"{value if abs(value) > ROUND_OFF else 0.0:.4g}" if np.isfinite(value) else "-"
     band = f"+- {error:.2g}" if error is not None and np.isfinite(error) else ""
     return f"  {name:<24s}{number:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
-
-
-def _exponents(exponents: Exponents, period: float) -> Iterator[str]:
-    """Lines of the exponents with their errors, and of both runs if there was a second run."""
-    second = exponents.confirmed
-    origin = "of this run alone" if second is None else "with the difference of the second run"
-    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {origin}"
-    pairs = list(zip(exponents.spectrum, exponents.errors, strict=True))
-    for k, (value, error) in enumerate(pairs):
-        name = "largest exponent" if k == 0 else f"exponent {k + 1}"
-        yield _line(name, float(value), float(error), exponents.units, meaning_of(float(value), float(error), period))
-        if second is not None:
-            yield _line("  this run alone", float(value), float(exponents.statistical[k]), exponents.units, "")
-            steps = f"{second.fineness}, another start, {second.periods} periods"
-            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), exponents.units, steps)
-    if len(pairs) > 1:
-        text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
-        yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.units, text)
 
 
 def _signal(f: SignalEstimates, system: Exponents, option: str) -> Iterator[str]:

@@ -102,8 +102,7 @@ def _within(height: Height, step: Bracket, old_rate: float | None) -> Bracket | 
         dip = turning_point(side * old, side * old_rate, side * new, side * height.rate(), step.far)
     if dip == 0.0:
         return None
-    after = height.flow.snapshot()
-    inside = height.at(step.before, dip)
+    after, inside = height.flow.snapshot(), height.at(step.before, dip)
     height.flow.restore(after)
     return step._replace(far=dip) if height.left(inside) else None
 
@@ -154,8 +153,7 @@ def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> fl
     if not r0 < 0.0 < r1:
         return 0.0
     # f(s) = f0 + r0 s + c s^2 + d s^3
-    c = (3.0 * (f1 - f0) / size - 2.0 * r0 - r1) / size
-    d = (r0 + r1 - 2.0 * (f1 - f0) / size) / size**2
+    c, d = (3.0 * (f1 - f0) / size - 2.0 * r0 - r1) / size, (r0 + r1 - 2.0 * (f1 - f0) / size) / size**2
     below = c + np.sqrt(c * c - 3.0 * r0 * d) if c * c >= 3.0 * r0 * d else 0.0
     s = -r0 / below if below > 0.0 else 0.5 * size
     if not 0.0 < s < size:
@@ -300,8 +298,7 @@ class SectionMap(SectionOfFlow):
         limit: float | None = None,
     ) -> None:  # fmt: skip
         self._observe(flow)
-        self.signal = signal
-        self.direction = checks.one_of(self._label, "direction", direction, DIRECTIONS)
+        self.signal, self.direction = signal, checks.one_of(self._label, "direction", direction, DIRECTIONS)
         self.level = checks.number(self._label, "level", level)
         self.declared = None if limit is None else checks.positive(self._label, "limit", limit, "s")
         self._count = 0
@@ -396,8 +393,7 @@ class SectionMap(SectionOfFlow):
         if flow.resolution is not None and abs(height) <= flow.resolution[self._signal] and rate != 0.0:
             height = 0.0  # a projected state is not exactly on the level
         self._side = UP if height + AHEAD * flow.pace * rate >= 0.0 else DOWN
-        v = flow.velocity()
-        self._time_weight = float(flow.weights @ v**2) or 1.0
+        self._time_weight = float(flow.weights @ flow.velocity() ** 2) or 1.0
 
     def _project(self, T: np.ndarray, tangents: np.ndarray) -> None:
         """Write into `tangents` the differences at the crossing, for differences T at one time."""

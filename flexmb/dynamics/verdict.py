@@ -41,8 +41,7 @@ class Columns(NamedTuple):
 
 def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
     """Points as (n, m) float64, and the names of their signals; see `judge`."""
-    labels = checks.sequence("judge", "names", names, "names of signals")
-    values = real_numbers(points)
+    labels, values = checks.sequence("judge", "names", names, "names of signals"), real_numbers(points)
     if values is None:
         raise InputError("judge: the points are no table of numbers (n, m): successive points, signals.")
     if values.ndim == 1 and len(labels) == 1:
@@ -138,8 +137,7 @@ def separation(z: np.ndarray, bands: int) -> float:
     # than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
     # Points z (n, m) have unit spread and visit `bands` bands in turn. Equation (9.9) of docs/theory/exponents.md.
     count = len(z) - SUCCESSORS + 1
-    points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
-    reach = min(60, count // 5)
+    points, reach = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1), min(60, count // 5)
     refs = np.arange(count - reach)
     near, _ = nearest(points[: count - reach], refs, SUCCESSORS, least=1e-12)
     i, j = refs[near >= 0], near[near >= 0]
@@ -424,7 +422,15 @@ def judge(
     periodic-2
     """
     values, labels = points_of(points, names)
-    checked = _about_signals(labels, units, driven, sizes)
+    without_motion = checks.sequence("judge", "driven", driven, "names of signals")
+    for name in without_motion:
+        checks.one_of("judge", "driven", name, labels)
+    known = None if units is None else checks.sequence("judge", "units", units, "units")
+    given = None if sizes is None else checks.sequence("judge", "sizes", sizes, "numbers")
+    for what, listed in (("units", known), ("sizes", given)):
+        if listed is not None and len(listed) != len(labels):
+            raise InputError(f"judge: {len(listed)} {what} for {len(labels)} names.")
+    largest = [checks.not_negative("judge", f"sizes[{k}]", size) for k, size in enumerate(given or ())]
     evidence: dict[str, float] = {"points": float(len(values))}
     value, band = (None if isinstance(x, Real) and np.isnan(float(x)) else x for x in (exponent, error))
     if value is not None:
@@ -438,30 +444,12 @@ def judge(
         return Verdict("inconclusive", f"A signal is above {LARGEST:g}: the motion grows without bound.", 0, evidence)
     if len(values) < LEAST:
         return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
-    columns = columns_of(values, labels, checked, floor)
+    columns = columns_of(values, labels, (known, without_motion, None if given is None else np.array(largest)), floor)
     evidence["signals"] = float(len(set(columns.names)))
     if not columns.names:
         text = f"Only driven signals ({', '.join(columns.left_out)}), without information. Give other signals."
         return Verdict("inconclusive", text, 0, evidence)
     return _periodic(columns, evidence) or _transient(columns, evidence) or _aperiodic(columns, evidence)
-
-
-def _about_signals(
-    names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], sizes: Sequence[float] | None
-) -> Known:
-    """Units, driven names and sizes of signals, checked."""
-    without_motion = checks.sequence("judge", "driven", driven, "names of signals")
-    for name in without_motion:
-        checks.one_of("judge", "driven", name, names)
-    known = None if units is None else checks.sequence("judge", "units", units, "units")
-    given = None if sizes is None else checks.sequence("judge", "sizes", sizes, "numbers")
-    for what, values in (("units", known), ("sizes", given)):
-        if values is not None and len(values) != len(names):
-            raise InputError(f"judge: {len(values)} {what} for {len(names)} names.")
-    if given is None:
-        return known, without_motion, None
-    numbers = [checks.not_negative("judge", f"sizes[{k}]", size) for k, size in enumerate(given)]
-    return known, without_motion, np.array(numbers)
 
 
 def _tolerances(columns: Columns, floors: float = 1.0, noise: float = 1.0) -> np.ndarray:
@@ -537,8 +525,7 @@ def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
-    count = len(columns.values)
-    clearly = evidence.get("exponent", 0.0) > CLEARLY * evidence.get("error", 0.0)
+    count, clearly = len(columns.values), evidence.get("exponent", 0.0) > CLEARLY * evidence.get("error", 0.0)
     if count < (LEAST_CHAOTIC if clearly else LEAST_APERIODIC):
         text = f"No cycle of up to {longest_cycle(count)} points. To tell more {LEAST_APERIODIC} are needed"
         return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)

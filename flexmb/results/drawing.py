@@ -41,8 +41,7 @@ def seen_from(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
 def turned_by(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares."""
     # Both have a common factor: the sum of squares of the points, times the factor by which they grow.
-    across = (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
-    return (points * moved).sum(axis=(1, 2)), across
+    return (points * moved).sum(axis=(1, 2)), (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
 
 
 def whole_turns(angle: np.ndarray) -> np.ndarray:
@@ -256,7 +255,13 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
             at = pose(sol, shape.part, shape.node, instants)[:, None]
             found += [Line(shape.part, RIGID, carried(at, np.array(line, dtype=float))) for line in shape.lines]
         elif isinstance(shape, kinds.BeamShape):
-            found.append(_beam(sol, shape, instants, xi))
+            begin, end = (pose(sol, shape.part, node, instants) for node in (shape.start, shape.end))
+            forces = hermite.section_forces(begin, end, shape, xi, beam_motion(sol, shape, instants))
+            fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
+            fields["curvature"] = hermite.curvature(begin, end, shape, xi)
+            fields["bending_stiffness"] = np.broadcast_to(hermite.bending_stiffness(shape, xi), forces.N.shape)
+            depth = shape.depth[0] + xi * (shape.depth[1] - shape.depth[0])
+            found.append(Line(shape.part, BEAM, hermite.element_shape(begin, end, shape, xi), fields, depth))
         elif isinstance(shape, kinds.MeshShape):
             found += [Line(shape.part, MESH, rim) for rim in surface(sol, shape, instants).outlines()]
     return found
@@ -280,8 +285,7 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
     for shape in sol.shapes:
         if not isinstance(shape, kinds.PointShape):
             continue
-        points = path(sol, (shape.body, shape.node, shape.offset), instants)
-        name = f"{shape.part}.normal_force"
+        points, name = path(sol, (shape.body, shape.node, shape.offset), instants), f"{shape.part}.normal_force"
         force = sol.array(name)[instants] if name in sol else np.zeros(len(instants))
         slides = shape.along is not None
         ground = not slides and GROUND in (shape.body, shape.other[0] if shape.other is not None else "")
@@ -317,16 +321,6 @@ def beam_motion(sol: Solution, beam: kinds.BeamShape, instants: np.ndarray) -> l
     if not all(name in sol for name in names):
         return None
     return np.split(np.stack([sol.array(name)[instants] for name in names], axis=1), 2, axis=1)
-
-
-def _beam(sol: Solution, beam: kinds.BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
-    begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
-    forces = hermite.section_forces(begin, end, beam, xi, beam_motion(sol, beam, instants))
-    fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
-    fields["curvature"] = hermite.curvature(begin, end, beam, xi)
-    fields["bending_stiffness"] = np.broadcast_to(hermite.bending_stiffness(beam, xi), (len(instants), len(xi)))
-    depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
-    return Line(beam.part, BEAM, hermite.element_shape(begin, end, beam, xi), fields, depth)
 
 
 # Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants

@@ -12,7 +12,6 @@ import json
 import os
 import platform
 import shlex
-from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib import metadata
@@ -74,18 +73,6 @@ def udunits(unit: str) -> str:
 def flag_meanings(names: tuple[str, ...]) -> str:
     """Names as the words of the attribute `flag_meanings`, without blanks inside a name."""
     return " ".join("_".join(name.split()) for name in names)
-
-
-def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
-    """Conventions, title, source, history and versions of a new file, by the mechanism and command of `model`."""
-    now, command = datetime.now(UTC).isoformat(timespec="seconds"), model.get("command")
-    typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"
-    made = os.fsencode(typed).decode("utf-8", "replace")  # names of files need not be texts
-    versions = [f"flexmb {installed_version()}", f"Python {platform.python_version()}"]
-    packages = [*versions, *(f"{package} {metadata.version(package)}" for package in WRITERS)]
-    head = {"Conventions": CONVENTIONS, "title": f"Motion of the mechanism {model.get('name', '')!r}"}
-    head["source"] = f"flexmb {model.get('flexmb', installed_version())}"
-    return {**head, "history": f"{now}: {made}", "versions": ", ".join(packages)}
 
 
 LARGEST_GROWTH = 50  # size of the data of a file over the size of the file, at most; flexmb does not compress
@@ -239,7 +226,15 @@ def _contents(sol: Solution) -> files.Group:
     arrays = {name: np.array(own, dtype=float if name in numbers else str) for name, (own, _) in of_signals.items()}
     variables |= {name: ((SIGNAL,), own, of_signals[name][1]) for name, own in arrays.items()}
     attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
-    return variables, attrs | global_attributes(sol.model)
+    # Conventions, title, source, history and versions, by mechanism and command
+    now, command = datetime.now(UTC).isoformat(timespec="seconds"), sol.model.get("command")
+    typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"
+    made = os.fsencode(typed).decode("utf-8", "replace")  # names of files need not be texts
+    packages = [f"flexmb {installed_version()}", f"Python {platform.python_version()}"]
+    packages += [f"{package} {metadata.version(package)}" for package in WRITERS]
+    attrs |= {"Conventions": CONVENTIONS, "title": f"Motion of the mechanism {sol.model.get('name', '')!r}"}
+    attrs |= {"source": f"flexmb {sol.model.get('flexmb', installed_version())}"}
+    return variables, attrs | {"history": f"{now}: {made}", "versions": ", ".join(packages)}
 
 
 def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:
@@ -269,8 +264,7 @@ def _solution(file: NetcdfContent) -> Solution:
     wrong = {key: value for key, value in record["stats"].items() if isinstance(value, str) or not 0 <= value < np.inf}
     if wrong:
         raise ValueError(f"statistics of the run are {wrong!r}; they must be numbers from 0 on")
-    signals = Signals.of(Signal(name, units) for name, units in record["signals"])
-    time = file.array(TIME)
+    signals, time = Signals.of(Signal(name, units) for name, units in record["signals"]), file.array(TIME)
     if not np.isfinite(time).all():
         raise ValueError(f"{TIME!r} has values that are not finite")
     if file.number(VERSION) == FORMAT:

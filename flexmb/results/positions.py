@@ -234,7 +234,9 @@ def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion
         nodes = tuple(shape) if mesh is None else mesh.nodes
         now = drawing.poses(sol, part, nodes, instants)
         reference = np.array(list(shape.values())) if shape else now[0]  # files of before have none of meshes
-        turning = list(range(len(nodes))) if mesh is None else turning_nodes(mesh)
+        turning = list(range(len(nodes)))
+        if mesh is not None and mesh.basis:  # of a reduced body its pins alone
+            turning = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
         # Rigid motion from the reference to the poses, by the nodes that joints hold, or by the turning ones. Nodes
         # of modes go with the middle of the pins, from which their amplitudes count.
         joints = body_joints(sol, part, nodes)
@@ -268,12 +270,6 @@ def magnified(sol: Solution, factor: float) -> Solution:
         places = [sol.signals.places[f"{body.part}.{node}{axis}"] for node in body.nodes for axis in COORDINATES]
         values[:, places] = drawn.reshape(len(rows), -1)
     return with_values(sol, sol.time, values)
-
-
-def turning_nodes(mesh: MeshShape) -> list[int]:
-    """Numbers of the nodes of a body, of a reduced one of its pins alone."""
-    pins = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
-    return pins if mesh.basis else list(range(len(mesh.nodes)))
 
 
 def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:

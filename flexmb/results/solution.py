@@ -276,11 +276,12 @@ class Solution:
         from flexmb.results.netcdf import long_name
 
         if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name):
-            asked = [name] if isinstance(name, str) else name
-            return self._dataset([fitting for one in asked for fitting in self._fitting(one)])
-        k = self._place(name)
-        units = self.signals.units[k]
-        time = xr.Variable("time", self.time, {"units": "s"})
+            found = list[Any]()  # names that a name or a pattern fits; the name alone if there is none
+            for one in [name] if isinstance(name, str) else name:
+                pattern = resolved(one, self.signals, self.aliases) if isinstance(one, str) else ""
+                found += (matching(self.names, pattern) if "*" in pattern else []) or [one]
+            return self._dataset(found)
+        units, time = self.signals.units[self._place(name)], xr.Variable("time", self.time, {"units": "s"})
         attrs = {"units": units, "long_name": long_name(name), "name": name}
         return xr.DataArray(self.array(name), coords={"time": time}, dims="time", name=name, attrs=attrs)
 
@@ -526,11 +527,6 @@ class Solution:
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
-
-    def _fitting(self, name: str) -> Sequence[str]:
-        """Names of the signals that a name or a pattern fits; the name alone if there is none."""
-        pattern = resolved(name, self.signals, self.aliases) if isinstance(name, str) else ""
-        return (matching(self.names, pattern) if "*" in pattern else []) or [name]
 
     def _place(self, name: Any) -> int:
         place = self.signals.places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None

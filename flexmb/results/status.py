@@ -31,19 +31,15 @@ def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:
 
 def main_signals(sol: Solution) -> list[str]:
     """Names of the main signals: acceleration of the output body, if it is known, and the largest peaks."""
-    names = [name for name in _rates(sol.described().get("parts", [])) if name in sol]
-    return list(dict.fromkeys([*names, *largest_signals(sol)]))[:MOST]
-
-
-def _rates(parts: list[dict[str, Any]]) -> list[str]:
-    """Acceleration signals of the output body: along the guide of a slider, angular for another body."""
+    # Accelerations of the output body: along the guide of a slider, angular for another body
+    parts = sol.described().get("parts", [])
+    names = [f"{part['name']}.alpha" for part in parts if part["kind"] == "body"][-1:]
     guides = [part["fields"] for part in parts if part["class"] in GUIDES]
-    guide = next((fields for fields in guides if fields["second"][0] != GROUND.name), None)
-    if guide is None:
-        return [f"{part['name']}.alpha" for part in parts if part["kind"] == "body"][-1:]
-    along = np.array(guide["along"][0])
-    share = np.abs(along) / np.hypot(*along)
-    return [f"{guide['second'][0]}.{axis}" for axis, s in zip(("ax", "ay"), share, strict=True) if s > 1e-6]
+    if guide := next((fields for fields in guides if fields["second"][0] != GROUND.name), None):
+        along = np.array(guide["along"][0])
+        share = np.abs(along) / np.hypot(*along)
+        names = [f"{guide['second'][0]}.{axis}" for axis, s in zip(("ax", "ay"), share, strict=True) if s > 1e-6]
+    return list(dict.fromkeys([*(name for name in names if name in sol), *largest_signals(sol)]))[:MOST]
 
 
 def panels(sol: Solution, names: list[str] | None = None) -> list[list[str]]:

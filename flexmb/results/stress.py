@@ -145,8 +145,7 @@ def of_beams(sol: Solution, body: Any, mechanism: Mechanism, instants: np.ndarra
         forces = hermite.section_forces(start, end, shape, ALONG, motion)
         axial.append(forces.N * factor[:, 0])
         bending.append(-forces.M[..., None] * factor[:, 1:])
-    nodes = body.nodes()
-    pairs = enumerate((number_of(shape.start), number_of(shape.end)) for shape in shapes)
+    nodes, pairs = body.nodes(), enumerate((number_of(shape.start), number_of(shape.end)) for shape in shapes)
     numbers = np.array([(first, len(nodes) + k, last) for k, (first, last) in pairs]).ravel()
     ends = [np.array(list(pairwise(beam.stations))) for beam in body.beams]
     stations = np.concatenate(ends) @ (1.0 - ALONG, ALONG)

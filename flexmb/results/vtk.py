@@ -107,8 +107,7 @@ def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tup
         labels["part"].append(np.repeat([number[piece.part] for piece, _ in own], counts))
         labels["kind"].append(np.repeat([kinds.index(piece.kind) for piece, _ in own], counts))
     names = [*FIELDS, "normal_force", *((*STRESSES, "von_mises") if any(p.kind == "mesh" for p in pieces) else ())]
-    zeros = [np.zeros(piece.points.shape[:2]) for piece in pieces]
-    points = _places(pieces)
+    zeros, points = [np.zeros(piece.points.shape[:2]) for piece in pieces], _places(pieces)
     data = {"displacement": points - points[0]}
     data["deformation"] = points - _places(_pieces(magnified(shown, 0.0), points_per_element))
     for name in names:
@@ -165,7 +164,13 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
             steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
             whole = meshio.Mesh(points, [("line", steps)], point_data={"time": np.tile(sol.time, len(paths))})
             meshio.write(Path(scratch) / TRACES, whole)
-        collection, text = Path(scratch) / target.name, _collection(folder.name, names, times, traced)
+        rows = [  # the frame of each time, and the file of the paths, if there are some
+            f'    <DataSet timestep="{float(t)!r}" group="" part="{part}" file={quoteattr(f"{folder.name}/{name}")}/>'
+            for t, frame in zip(times, names, strict=True)
+            for part, name in enumerate([frame, *traced])
+        ]
+        head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
+        collection, text = Path(scratch) / target.name, "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
         pattern = re.compile(re.escape(target.stem) + r"_\d{4,}\.vtu")
         for stale in [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]:
@@ -174,14 +179,3 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
             (Path(scratch) / name).replace(folder / name)
         collection.replace(target)
     return target
-
-
-def _collection(folder: str, names: list[str], times: np.ndarray, traced: list[str]) -> str:
-    """Text of the collection: the frame of each time, and the file of the paths, if there are some."""
-    rows = [
-        f'    <DataSet timestep="{float(t)!r}" group="" part="{part}" file={quoteattr(f"{folder}/{name}")}/>'
-        for t, frame in zip(times, names, strict=True)
-        for part, name in enumerate([frame, *traced])
-    ]
-    head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
-    return "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])

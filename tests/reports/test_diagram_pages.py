@@ -11,8 +11,7 @@ import flexmb as fm
 from flexmb.cli.command_line import main
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.errors import InputError
-from flexmb.show.reports.chaos_page import write_chaos
-from flexmb.show.reports.sweep_page import point_file
+from flexmb.show.reports.study_pages import point_file, write_chaos
 
 RATES = [2.8, 3.2, 3.5, 3.9]
 

@@ -1,7 +1,5 @@
 """Jobs on any executor: calls that may fail, chains that wait for one another, threads and worker processes."""
 
-from __future__ import annotations
-
 import pickle
 import re
 import threading
@@ -171,9 +169,8 @@ def require_executor(owner: str, executor: Any) -> None:
 def require_picklable(owner: str, executor: Executor | int | None, what: Any, name: str) -> None:
     """Refuse objects that cannot be sent to the processes of the executor, before anything starts."""
     # Threads need nothing; Dask sends functions by value.
-    if executor is None or isinstance(executor, Integral | ThreadPoolExecutor):
-        return
-    if type(executor).__module__.partition(".")[0] == "distributed":
+    is_dask = type(executor).__module__.partition(".")[0] == "distributed"
+    if executor is None or is_dask or isinstance(executor, Integral | ThreadPoolExecutor):
         return
     try:
         pickle.dumps(what)

@@ -65,8 +65,7 @@ class Branch(arguments.Checked):
             if not -len(self.points) <= checks.count("Branch", "point", point, -len(self.points)) < len(self.points):
                 raise InputError(f"Branch of {self.name!r}: point is {point}; there are {len(self.points)}.")
             point = self.points[point]
-        run = point.shooting_run
-        shooting = self.shooting.copy(self.shooting.times, self.shooting.segments)
+        run, shooting = point.shooting_run, self.shooting.copy(self.shooting.times, self.shooting.segments)
         result = correct(shooting, run.starts, run.period, run.value, tolerance=self.tolerance, iterations=10)
         return orbit_of(shooting, result, self.gaps)
 

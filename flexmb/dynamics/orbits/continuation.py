@@ -1,7 +1,5 @@
 """Pseudo-arclength continuation of periodic orbits along a parameter, through folds; events between points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -32,7 +30,7 @@ class ContinuationPoint:
     iterations: int
     run: ShootingRun  # the run in the coordinates of the continuation
 
-    def test(self, name: str, old: ContinuationPoint) -> float:
+    def test(self, name: str, old: "ContinuationPoint") -> float:
         """Value of a test function; for grazing its sign changes with the number of closures since an earlier point."""
         value = self.tests.get(name, np.nan)
         if name not in self.touches:
@@ -249,8 +247,7 @@ class Continuation:
             row = np.zeros(J.shape[1])
             row[-1] = np.sign(self.span[1] - self.span[0]) / p
         else:
-            weighted = before.starts * shooting.space.weights / x**2
-            by_y = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
+            by_y = np.einsum("js,jsd->jd", before.starts * shooting.space.weights / x**2, run.bases).ravel()
             row = np.concatenate([by_y, [before.period / t**2] * shooting.autonomous, [before.value / p**2]])
         unknowns = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
         # sign of the determinant, times the smallest singular value: it vanishes where branches cross
@@ -310,8 +307,7 @@ class Continuation:
                 vanishes = not abs(point_on_branch.tests[name]) > most
                 multipliers = point_on_branch.point.multipliers
                 if vanishes and (name != orbits.NEIMARK_SACKER or orbits.crosses_circle(multipliers)):
-                    kind = name.partition(" ")[0]
-                    located.append((position, replace(point_on_branch.point, kind=kind)))
+                    located.append((position, replace(point_on_branch.point, kind=name.partition(" ")[0])))
         low, high = min(self.span), max(self.span)
         return [point for _, point in sorted(located, key=lambda item: item[0]) if low <= point.value <= high]
 

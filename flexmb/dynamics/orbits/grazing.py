@@ -1,7 +1,5 @@
 """Continuation of orbits with impacts of rigid surfaces, through grazing."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import cast
 

@@ -1,7 +1,5 @@
 """Newton's method for the gaps of multiple shooting, at a fixed parameter or on a branch."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -70,11 +68,17 @@ def correct(
             failed = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
             failed = f"{failed}, {advice}"
             break
-        step = _step(shooting, run, plane)
-        if step is None:
+        J = extended(shooting, run, None if plane is None else plane.small)
+        if J is None:
             failed = f"A derivative by the parameter failed: {shooting.status}"
             break
-        next_run = _damped_step(shooting, run, step, tolerance)
+        right = np.zeros(len(J))
+        right[: run.gaps.size] = -run.gaps.ravel()
+        if plane is not None:
+            of_states, of_period, of_value, offset = plane.row(shooting, run)
+            row = np.concatenate([of_states, [of_period] if shooting.autonomous else [], [of_value]])
+            J, right = np.vstack([J, row]), np.append(right, -offset)
+        next_run = _damped_step(shooting, run, solved(J, right), tolerance)
         if next_run is None:
             failed = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not return, {advice}"
             break
@@ -108,20 +112,6 @@ def extended(shooting: Shooting, run: ShootingRun, small: float | None) -> np.nd
     return J
 
 
-def _step(shooting: Shooting, run: ShootingRun, plane: ArclengthPlane | None) -> np.ndarray | None:
-    """Newton's correction of (y, period, parameter)."""
-    J = extended(shooting, run, None if plane is None else plane.small)
-    if J is None:
-        return None
-    right = np.zeros(len(J))
-    right[: run.gaps.size] = -run.gaps.ravel()
-    if plane is not None:
-        of_states, of_period, of_value, offset = plane.row(shooting, run)
-        row = np.concatenate([of_states, [of_period] if shooting.autonomous else [], [of_value]])
-        J, right = np.vstack([J, row]), np.append(right, -offset)
-    return solved(J, right)
-
-
 def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution of J x = right, of least length for a singular J (rows, unknowns); columns and rows are scaled first."""
     if J.size == 0:
@@ -135,7 +125,7 @@ def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _damped_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, tolerance: float) -> ShootingRun | None:
-    """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run."""
+    """First run after 1, 1/2, 1/4, ... of a correction of (y, period, parameter) whose gaps are smaller, or None."""
     # Gaps within the tolerance need not become smaller.
     factor, n = 1.0, run.gaps.size
     for _ in range(HALVINGS):

@@ -318,27 +318,22 @@ def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int
     )  # fmt: skip
 
 
-def _spread_of_differences(shooting: Shooting, run: ShootingRun) -> str:
-    """Sentence on multipliers that change with the size of the differences; "" where they hardly do."""
-    # Error-controlled steps change from run to run, so a difference of two runs has a part of their errors.
-    shooting.enlarged = ENLARGED
-    other = shooting.run(run.starts, run.period, run.value)
-    shooting.enlarged = 1.0
-    if other is None:
-        return f" Motions with differences {ENLARGED:g} times as large fail: {shooting.status}"
-    one, two = (np.linalg.eigvals(found.monodromy) for found in (run, other))
-    spread = np.abs(one[:, None] - two).min(axis=1, initial=np.inf).max(initial=0.0)
-    if spread <= LARGEST_SPREAD * max(np.abs(one).max(initial=0.0), 1.0):
-        return ""
-    text = f" Multipliers change by {spread:.2g} with differences {ENLARGED:g} times as large."
-    return f"{text} Take fixed steps, a smaller rtol, or tangent='carried'."
-
-
 def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[bool, str]:
-    """Whether a converged run is an orbit, and its status: no equilibrium; a note on a shorter period."""
+    """Whether a converged run is an orbit, and its status: no equilibrium; notes on multipliers, a shorter period."""
     system, space = shooting.system, shooting.space
     if shooting.tangent == "differences" and system.is_rough:
-        status += _spread_of_differences(shooting, run)
+        # Error-controlled steps change from run to run, so a difference of two runs has a part of their errors.
+        shooting.enlarged = ENLARGED
+        other = shooting.run(run.starts, run.period, run.value)
+        shooting.enlarged = 1.0
+        if other is None:
+            status += f" Motions with differences {ENLARGED:g} times as large fail: {shooting.status}"
+        else:
+            one, two = (np.linalg.eigvals(found.monodromy) for found in (run, other))
+            spread = np.abs(one[:, None] - two).min(axis=1, initial=np.inf).max(initial=0.0)
+            if spread > LARGEST_SPREAD * max(np.abs(one).max(initial=0.0), 1.0):
+                status += f" Multipliers change by {spread:.2g} with differences {ENLARGED:g} times as large."
+                status += " Take fixed steps, a smaller rtol, or tangent='carried'."
     if shooting.autonomous:
         system.reset(run.starts[0], time=0.0)
         if space.length(system.velocity()) * run.period <= AT_REST * shooting.scale:

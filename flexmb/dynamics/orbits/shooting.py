@@ -3,8 +3,6 @@
 Equation (9.12) of docs/theory/exponents.md.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -128,7 +126,7 @@ class Shooting:
             self.phase = max(elapsed_periods - np.floor(elapsed_periods + 1e-9), 0.0)
         self.space = StateSpace(label, system, angles)
 
-    def copy(self, times: int, segments: int) -> Shooting:
+    def copy(self, times: int, segments: int) -> "Shooting":
         """Shooting over other numbers of periods and segments, with a copy of the system."""
         other = copy.copy(self)
         other.system, other.times, other.segments, other.status = self.system.copy(), times, segments, ""

@@ -163,8 +163,7 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
     for lag in range(longest + 1):  # sum of p_ab ln(p_ab / (p_a p_b)) over the cells
         a, b = cell[: len(x) - lag], cell[lag:]
         joint = np.bincount(a * bins + b, minlength=bins * bins).reshape(bins, bins) / len(a)
-        independent = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
-        nonzero = joint > 0.0
+        independent, nonzero = joint.sum(axis=1)[:, None] * joint.sum(axis=0), joint > 0.0
         found[lag] = np.sum(joint[nonzero] * np.log(joint[nonzero] / independent[nonzero]))
     return found
 
@@ -338,13 +337,18 @@ def correlation_dimension(
     dimensions = tuple(range(embedded.dimension, embedded.dimension + 3))
     window = max(int(np.ceil(embedded.mean_period)), (dimensions[-1] - 1) * embedded.delay)
     w = checks.count(owner, "theiler", window if theiler is None else theiler, 0)
-    x = standardised(x)
-    radius = np.exp(np.arange(-9.0, 1.5, 1.0 / PER_E))
+    x, radius = standardised(x), np.exp(np.arange(-9.0, 1.5, 1.0 / PER_E))
     sums, slopes = [], []
     for m in dimensions:
-        sum_, least = _sum(embed(x, embedded.delay, m), w, radius)
-        sums.append(sum_)
-        slopes.append(_scaling(np.log(radius), sum_, least))
+        # Fraction of the pairs of points (n, m) that are nearer than the radii, and the fraction of 30 pairs
+        points, counts, pairs = embed(x, embedded.delay, m), np.zeros(len(radius) + 1, dtype=np.int64), 0
+        refs, index = spread(len(points), DIMENSION_REFERENCES), np.arange(len(points))
+        for block in np.array_split(refs, max(1, len(refs) * len(points) // BLOCK)):
+            d = scipy.spatial.distance.cdist(points[block], points, "chebyshev")[np.abs(index - block[:, None]) > w]
+            counts += np.bincount(np.searchsorted(radius, d), minlength=len(radius) + 1)
+            pairs += len(d)
+        sums.append(np.cumsum(counts[:-1]) / max(pairs, 1))
+        slopes.append(_scaling(np.log(radius), sums[-1], 30.0 / max(pairs, 1)))
     values, lows, highs, spreads = (tuple(s[k] for s in slopes) for k in range(4))
     value, error, why_not = _agreed(values, spreads, len(x))
     region = (float(np.exp(max(lows))), float(np.exp(min(highs)))) if not why_not else (np.nan, np.nan)
@@ -358,18 +362,6 @@ def _none(why: str) -> CorrelationDimension:
     return CorrelationDimension(none, none, False, why, (), (), (none, none), np.empty(0), np.empty((0, 0)), None)
 
 
-def _sum(points: np.ndarray, theiler: int, radius: np.ndarray) -> tuple[np.ndarray, float]:
-    """Fraction (k,) of the pairs of points (n, m) that are nearer than the radii, and the fraction of 30 pairs."""
-    refs = spread(len(points), DIMENSION_REFERENCES)
-    index, counts, pairs = np.arange(len(points)), np.zeros(len(radius) + 1, dtype=np.int64), 0
-    for block in np.array_split(refs, max(1, len(refs) * len(points) // BLOCK)):
-        separated = np.abs(index - block[:, None]) > theiler
-        d = scipy.spatial.distance.cdist(points[block], points, "chebyshev")[separated]
-        counts += np.bincount(np.searchsorted(radius, d), minlength=len(radius) + 1)
-        pairs += len(d)
-    return np.cumsum(counts[:-1]) / max(pairs, 1), 30.0 / max(pairs, 1)
-
-
 def _scaling(log_radius: np.ndarray, share: np.ndarray, least: float) -> tuple[float, float, float, float]:
     """Mean slope, ends of the longest range of even slopes, and spread of these slopes; NaN without a range."""
     if share[0] > 0.005 and share[PER_E * 4] < 1.1 * share[0]:  # a cycle of a few points
@@ -380,8 +372,7 @@ def _scaling(log_radius: np.ndarray, share: np.ndarray, least: float) -> tuple[f
         return best
     usable = np.arange(usable[0], usable[-1] + 1)
     x, y = log_radius[usable], np.log(share[usable])
-    slopes = np.array([(y[k + 2] - y[k]) / (x[k + 2] - x[k]) for k in range(len(x) - 2)])
-    longest = SPAN
+    slopes, longest = np.array([(y[k + 2] - y[k]) / (x[k + 2] - x[k]) for k in range(len(x) - 2)]), SPAN
     for i in range(len(slopes)):
         for j in range(i + 1, len(slopes)):
             inside = slopes[i : j + 1]
@@ -487,8 +478,7 @@ def recurrence(
 
 def _counted(embedded: Embedding | None, states: np.ndarray, threshold: float, w: int, shortest: int) -> Recurrence:
     """The record of the recurrences of states (n, m)."""
-    diagonals, verticals = _diagonals(states, threshold, w), _verticals(states, threshold, w)
-    n = len(states)
+    n, (diagonals, verticals) = len(states), _line_lengths(states, threshold, w)
     length = np.arange(n + 1)
     total, pairs = int(diagonals @ length), max((n - w) * (n - w - 1) // 2, 1)
     long_diagonals, long_verticals = (np.where(length >= shortest, lines, 0) for lines in (diagonals, verticals))
@@ -514,28 +504,21 @@ def _ratio(value: Any, whole: Any) -> float:
     return float(value / whole) if whole else float("nan")
 
 
-def _diagonals(states: np.ndarray, threshold: float, theiler: int) -> np.ndarray:
-    """Number (n + 1,) of diagonal lines of each length above the Theiler window; the matrix is symmetric."""
-    n = len(states)
-    counts = np.zeros(n + 1, dtype=np.int64)
+def _line_lengths(states: np.ndarray, threshold: float, theiler: int) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (n + 1,) of lines of each length: diagonal ones above the Theiler window, vertical ones outside of it."""
+    n, index = len(states), np.arange(len(states))  # the matrix of recurrences is symmetric
+    diagonals, verticals = np.zeros((2, n + 1), dtype=np.int64)
     for lag in range(theiler + 1, n):
         near = np.abs(states[lag:, 0] - states[:-lag, 0]) < threshold
         for column in states.T[1:]:
             near &= np.abs(column[lag:] - column[:-lag]) < threshold
         edges = np.flatnonzero(np.diff(near, prepend=False, append=False))
-        np.add.at(counts, edges[1::2] - edges[::2], 1)
-    return counts
-
-
-def _verticals(states: np.ndarray, threshold: float, theiler: int) -> np.ndarray:
-    """Number (n + 1,) of vertical lines of each length outside the Theiler window."""
-    n = len(states)
-    counts, index = np.zeros(n + 1, dtype=np.int64), np.arange(n)
+        np.add.at(diagonals, edges[1::2] - edges[::2], 1)
     for rows in np.array_split(index, max(1, n * n // BLOCK)):
         near = scipy.spatial.distance.cdist(states[rows], states, "chebyshev") < threshold
         near &= np.abs(index - rows[:, None]) > theiler
         padded = np.zeros((len(rows), n + 2), dtype=np.int8)
         padded[:, 1:-1] = near
         edges = np.flatnonzero(np.diff(padded, axis=1))  # of all rows in turn: a line begins and ends in one row
-        counts += np.bincount(edges[1::2] - edges[::2], minlength=n + 1)
-    return counts
+        verticals += np.bincount(edges[1::2] - edges[::2], minlength=n + 1)
+    return diagonals, verticals

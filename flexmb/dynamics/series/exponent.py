@@ -85,8 +85,7 @@ def estimate(
         """The record, without a value for the reason `status`; for "wolf" the curve is the running estimate [unit]."""
         begin, end = found.region
         known, curve = bool(np.isfinite(value)), found.curve / step if method == "wolf" else found.curve
-        region = (begin * step, end * step) if known else (np.nan, np.nan)
-        about = method, embedded, w, region
+        about = method, embedded, w, (begin * step, end * step) if known else (np.nan, np.nan)
         return SeriesExponent(value, error, unit, known, status, *about, found.steps * step, curve)
 
     nothing = Slope(np.nan, np.nan, "")
@@ -127,8 +126,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     # difference of the slopes of its halves. The straight part has at least 4 values and a rise of `LEAST_RISE`. Points
     # are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
-    ceiling = typical_log_distance(points, shift=shift) - MARGIN
-    longest = len(points) // 4
+    ceiling, longest = typical_log_distance(points, shift=shift) - MARGIN, len(points) // 4
     reach = int(min(longest, window + 8 * max(period, 4.0)))
     while True:
         steps = np.arange(0, reach + 1, max(1, reach // 150))
@@ -144,24 +142,20 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     if latest - begin < 4:
         text = "No straight part: neighbours are as far apart as arbitrary points at once (noise, or too few samples)."
         return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
-    ends = np.unique(np.linspace(begin + 4, latest, 40).astype(int))
-    fits = [(end, *_slope_and_error(steps, blocks, begin, end)) for end in ends]
+    ends, fits = np.unique(np.linspace(begin + 4, latest, 40).astype(int)), []
+    for end in ends:
+        inside, middle = slice(begin, end), (begin + end) // 2
+        of_blocks = np.array([_slope(steps[inside], block[inside]) for block in blocks])
+        first = _slope(steps[begin : middle + 1], mean[begin : middle + 1])
+        second = _slope(steps[middle - 1 : end], mean[middle - 1 : end])
+        error = np.hypot(of_blocks.std(ddof=1) / np.sqrt(len(of_blocks)), 0.5 * (second - first))
+        fits.append((end, _slope(steps[inside], mean[inside]), float(error)))
     rises = [value * (steps[end - 1] - steps[begin]) for end, value, _ in fits]
     if max(rises) < LEAST_RISE:
         text = f"No straight part: the distance of neighbours changes by a factor {np.exp(max(rises)):.2g} only, not e."
         return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
     end, value, error = min((f for f, rise in zip(fits, rises, strict=True) if rise >= LEAST_RISE), key=lambda f: f[2])
     return Slope(value, error, "", (float(steps[begin]), float(steps[end - 1])), steps, mean)
-
-
-def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int) -> tuple[float, float]:
-    """Slope of the mean of curves (blocks, k) over steps[begin:end], and error of the slope."""
-    mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
-    block_slopes = np.array([_slope(steps[inside], block[inside]) for block in blocks])
-    first = _slope(steps[begin : middle + 1], mean[begin : middle + 1])
-    second = _slope(steps[middle - 1 : end], mean[middle - 1 : end])
-    error = np.hypot(block_slopes.std(ddof=1) / np.sqrt(len(block_slopes)), 0.5 * (second - first))
-    return _slope(steps[inside], mean[inside]), float(error)
 
 
 def _slope(t: np.ndarray, y: np.ndarray) -> float:
@@ -213,35 +207,30 @@ def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndar
     """Curves (blocks, k) of the mean logarithm of the mean distance (inside), or of the mean of the mean logarithms."""
     count = len(points) - int(steps[-1])
     refs = spread(count, KANTZ_REFERENCES)
-    neighbours = _neighbours(points[:count], refs, theiler, shift)
+    # Nearest neighbours of the points `refs`, one of each passage of the orbit; -1: too few
+    neighbours = np.full((len(refs), NEIGHBOURS), -1)
+    candidates = min(count, 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
+    _, nearby = scipy.spatial.cKDTree(points[:count]).query(points[refs], k=candidates)
+    for row, i, js in zip(neighbours, refs, nearby, strict=True):
+        taken = 0
+        for j in js[np.abs(js - i) > theiler]:
+            if taken == 0 or np.abs(row[:taken] - j).min() > shift:
+                row[taken] = j
+                taken += 1
+            if taken == NEIGHBOURS:
+                break
     complete = (neighbours >= 0).all(axis=1)
-    i, j = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
+    first, second = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
     if complete.sum() < 10 * BLOCKS:
         return np.empty((0, len(steps)))
     logs = np.empty((len(steps), int(complete.sum())))
     for row, step in zip(logs, steps, strict=True):
-        distance = distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
+        distance = distances(points, first + step, second + step, shift).reshape(-1, NEIGHBOURS)
         if inside:
             row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
         else:
             row[:] = np.log(np.maximum(distance, 1e-12)).mean(axis=1)
     return block_means(logs)
-
-
-def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
-    """Nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
-    neighbours = np.full((len(refs), NEIGHBOURS), -1)
-    candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
-    _, nearby = scipy.spatial.cKDTree(points).query(points[refs], k=candidates)
-    for row, i, js in zip(neighbours, refs, nearby, strict=True):
-        count = 0
-        for j in js[np.abs(js - i) > theiler]:
-            if count == 0 or np.abs(row[:count] - j).min() > shift:
-                row[count] = j
-                count += 1
-            if count == NEIGHBOURS:
-                break
-    return neighbours
 
 
 # Largest number of points whose neighbours are observed; they are evenly spread over the record.
@@ -400,18 +389,13 @@ def _follow(points: np.ndarray, starts: np.ndarray, theiler: int, evolve: int) -
         if len(js) == 0:
             direction = None
             continue
-        choice = 0 if direction is None else _choose((points[js] - points[i]) @ direction / ds)
+        choice = 0
+        if direction is not None:  # the nearest within 20, 40, 60, 80 degrees of it on either side; else the nearest
+            cosines = np.abs((points[js] - points[i]) @ direction / ds)
+            inside = (np.flatnonzero(cosines > np.cos(np.radians(angle))) for angle in (20.0, 40.0, 60.0, 80.0))
+            choice = next((int(places[0]) for places in inside if len(places)), 0)
         j, before[s] = js[choice], ds[choice]
         difference = points[j + evolve] - points[i + evolve]
         after[s] = np.linalg.norm(difference)
         direction = difference / after[s] if after[s] > 0.0 else None
     return before, after
-
-
-def _choose(cosines: np.ndarray) -> int:
-    """Nearest candidate within 20, 40, 60, 80 degrees of the old direction on either side; else the nearest one."""
-    for angle in (20.0, 40.0, 60.0, 80.0):
-        inside = np.flatnonzero(np.abs(cosines) > np.cos(np.radians(angle)))
-        if len(inside):
-            return int(inside[0])
-    return 0

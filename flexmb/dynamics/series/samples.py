@@ -209,8 +209,7 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     >>> fm.chaos.zero_one_test(np.sin(np.arange(1000.0))).kind
     'regular'
     """
-    x = samples("zero_one_test", signal, 20)
-    count = checks.count("zero_one_test", "count", count)
+    x, count = samples("zero_one_test", signal, 20), checks.count("zero_one_test", "count", count)
     angles = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, count)
     if is_constant(x):
         return ZeroOne(0.0, 0.0, "regular", True, "The signal is constant: regular.", 1, angles, np.zeros(count))
@@ -222,8 +221,7 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
         return ZeroOne(np.nan, np.nan, "undecided", False, text, step, angles, np.full(count, np.nan))
     correlations = growth_correlations(phi, angles)
     value = float(np.median(correlations))
-    spread = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25])))
-    kind = kind_of(value)
+    spread, kind = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25]))), kind_of(value)
     return ZeroOne(value, spread, kind, True, f"K = {value:.3f} of {record}: {kind}.", step, angles, correlations)
 
 

@@ -104,18 +104,20 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     flow = family.at(value)
     if stopped := stopped_runs():  # of the function that makes the system
         return Outcome({}, stopped, ok=False)
-    period = family.period_of(flow, value)
-    columns = columns_of(flow, section.signals, family.label)
+    period, columns = family.period_of(flow, value), columns_of(flow, section.signals, family.label)
     seam = carried is not None and not _start_from(flow, carried, section.last * period)
     run: dict[str, Any] = {"period": period if flow.unit == "s" else None, "confirm": False}
     exponents = lyapunov(flow, skip=section.skip - 1, periods=section.keep, **run) if section.together else None
     points = _points(flow, period, section) if exponents is None else exponents.points
     if exponents is not None and not exponents.ok:
         points = None
-    lost = _not_finite(flow, points, columns)
+    lost: list[str] = []  # signals that are not finite
+    if points is not None:
+        lost = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
+        lost = lost or ([] if np.isfinite(flow.state()).all() else ["the state"])
     values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
     if points is None or lost:
-        return Outcome(values, lost or flow.status, ok=False)
+        return Outcome(values, f"Not finite: {', '.join(lost[:5])}." if lost else flow.status, ok=False)
     values |= {"points": points[:, columns], "state": flow.state() / _cycles(flow)}
     remark = ""
     if exponents is not None:
@@ -168,15 +170,6 @@ def _points(flow: Dynamics, period: float, section: SectionSettings) -> np.ndarr
         if k >= section.skip:
             points[k - section.skip] = flow.observe()
     return points
-
-
-def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -> str:
-    """Signals that are not finite, in a sentence; "" if all are finite."""
-    if points is None:
-        return ""
-    bad = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
-    bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
-    return f"Not finite: {', '.join(bad[:5])}." if bad else ""
 
 
 # Rows of a diagram by the name of the direction.
@@ -330,11 +323,13 @@ class _Diagram:
         """Chains of all chunks, in the order of computation."""
         numbers, cold = self.numbers, self.direction == "cold"
         chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
-        parts = [chunked[k] for k in (_spread(len(chunked)) if cold else range(len(chunked)))]
+        # cold chunks fill the range evenly: their numbers with mirrored bits
+        bits = max(len(chunked) - 1, 1).bit_length()
+        order = (int(f"{k:0{bits}b}"[::-1], 2) for k in range(1 << bits)) if cold else range(len(chunked))
+        parts = [chunked[k] for k in order if k < len(chunked)]
         for row, name in enumerate(DIRECTIONS[self.direction]):
             ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
-            for k, part in enumerate(ordered):
-                yield self._chain(record, bar, row, part, begins=k == 0)
+            yield from (self._chain(record, bar, row, part, begins=k == 0) for k, part in enumerate(ordered))
 
     def _chain(self, record: Record, bar: ProgressBar, row: int, part: np.ndarray, *, begins: bool) -> Chain:
         """The points of a chunk one after the other; carried states go from each point to the next."""
@@ -344,8 +339,7 @@ class _Diagram:
             if not record.at(index, STATUS):
                 outcome = yield Job(section_point, (self.family, self.section, self.numbers[i].item(), carried))
                 values = {**outcome.values, "ok": outcome.ok, STATUS: outcome.status}
-                cold = carried is None or bool(values.get("seam"))
-                values["seam"] = carries and cold and not begins
+                values["seam"] = carries and not begins and (carried is None or bool(values.get("seam")))
                 state = values.pop(STATE, None)
                 if carries and state is not None and state.shape == record.columns[STATE].shape:
                     values[STATE] = state
@@ -354,13 +348,6 @@ class _Diagram:
             begins = False
             if carries and record.at(index, "ok"):
                 carried = record.at(index, STATE).copy()
-
-
-def _spread(count: int) -> list[int]:
-    """Numbers 0 ... count - 1 in an order that fills the range evenly."""
-    digits = max(count - 1, 1).bit_length()
-    mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
-    return [k for k in mirrored if k < count]
 
 
 def _exponent_over(label: str, exponent: Any, skip: int, keep: int) -> tuple[int, bool]:

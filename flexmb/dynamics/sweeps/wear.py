@@ -179,8 +179,7 @@ def _columns(joints: Mapping[str, WornJoint]) -> Iterator[Column]:
         for face in joint.FACES:
             yield Column(f"{name}.{face}_profile", dims=(joint.PLACES,), shape=(joint.bins,), units="m")
         units = {"volume": "m3", "wear_rate": "m3", "clearance": "m", "peak_force": "N", "error": "m"}
-        for one, unit in units.items():
-            yield Column(f"{name}.{one}", units=unit)
+        yield from (Column(f"{name}.{one}", units=unit) for one, unit in units.items())
 
 
 def _wearing(mechanism: Mechanism) -> dict[str, WornJoint]:

@@ -296,8 +296,7 @@ class CompiledMotion:
         self.functions = (function,) if gap is None else (function, gap, jump)
         self.last, self.before = -math.inf, np.zeros(0)  # instant of the last impact [s], and the state before it
         self.usable, self._compiles = False, True  # whether all parameters are numbers, and the functions kernels
-        self._numbers = list[list[float]]()
-        self._kernels = list[Kernel]()
+        self._numbers, self._kernels = list[list[float]](), list[Kernel]()
         self._record: Motion | None = None
 
     def copy(self) -> CompiledMotion:
@@ -324,8 +323,7 @@ class CompiledMotion:
         """Whether the functions are kernels, which are compiled by the first call: not if they return mixed tuples."""
         lengths = [len(numbers) for numbers in self._numbers]
         if not self._kernels:
-            begins = np.cumsum([0, *lengths]).tolist()
-            spans = zip(self.functions, begins, lengths, strict=False)
+            spans = zip(self.functions, np.cumsum([0, *lengths]).tolist(), lengths, strict=False)
             made = [kernel_of(f, begin, begin + n, is_height=k == 1) for k, (f, begin, n) in enumerate(spans)]
             try:
                 self._tables = address_table(made[::2]), address_table(made[1:2])
@@ -349,14 +347,12 @@ class CompiledMotion:
                 errors=np.array([method.E5, method.E3]),
             )  # fmt: skip
         m = self._record
-        m.p[:] = [*chain(*self._numbers)]
-        m.x[:] = ode._state
+        m.p[:], m.x[:] = [*chain(*self._numbers)], ode._state
         m.t, m.h, m.last, m.rtol, m.atol = ode._time, ode._h or 0.0, self.last, ode.rtol, ode.atol
         m.signal, m.level, m.side = section
         rates, heights = self._tables
         code = int(advance_ode(rates, heights, m, limit, single))
         self.before = m.before.copy()
         ode._time, ode._state, ode._h, self.last = m.t, m.x.copy(), m.h or None, m.last
-        ode.ok = code in (REACHED, CROSSED)
-        ode.status = ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
+        ode.ok, ode.status = code in (REACHED, CROSSED), ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
         return code == CROSSED

@@ -4,8 +4,6 @@ A state alone gives no step: a coordinate may pass zero, or have run through man
 present state only, so that motions go on with the same bits from a snapshot and in every thread.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any, NamedTuple

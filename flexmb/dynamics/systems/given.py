@@ -368,8 +368,7 @@ class ODE(GivenSystem, ContinuousFlow):
         if self.jacobian is not None:
             return square_of(self._label, self.jacobian(t, x.copy(), **self._parameters), self.size)
         f, p = self.function, self._parameters
-        seen = self._seen(lambda y: f(max(INSTANTS), y, **p))
-        return central_differences(lambda y: f(t, y, **p), x, seen, rate)
+        return central_differences(lambda y: f(t, y, **p), x, self._seen(lambda y: f(max(INSTANTS), y, **p)), rate)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""

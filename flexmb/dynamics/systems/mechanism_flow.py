@@ -137,8 +137,7 @@ class MechanismFlow(ContinuousFlow):
         pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
         pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
         returning = sorted({i for begin, end in pairs for i in range(int(begin), int(end))})
-        free = sorted(set(range(tables.sizes.n_z)) - set(returning))
-        n = 2 * self.program.n_q
+        free, n = sorted(set(range(tables.sizes.n_z)) - set(returning)), 2 * self.program.n_q
         return n + np.array(returning, dtype=np.int64), n + np.array(free, dtype=np.int64)
 
     @property

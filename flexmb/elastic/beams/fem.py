@@ -42,8 +42,7 @@ def with_shear(lengths: Array, axial: Array, cubics: tuple[Array, Array, Array],
     """Matrices of bending with the shear angle condensed: stiffness, mass, rotary part; shares of shear, bow."""
     # Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear;
     # `cubics` are without shear: stiffness, mass of the axis and of the rotation of sections alone, (n, 4, 4) each.
-    ends = cubics[0][:, 1::2, 1::2]
-    rigid = flexibility == 0.0
+    ends, rigid = cubics[0][:, 1::2, 1::2], flexibility == 0.0
     angle = np.where(rigid, np.inf, lengths**2 / np.where(rigid, 1.0, flexibility))  # K
     shares = ends.sum(axis=1) / (ends.sum(axis=(1, 2)) + angle)[:, None]
     both = shares.sum(axis=1) / lengths
@@ -170,8 +169,13 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     cubics, n = (_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about), len(begin)
     bent = [*cubics, np.zeros((n, 2)), np.tile(BOW, (n, 1))]
     if any(beam.shear for beam in beams):
-        sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
-        bent = with_shear(end - begin, 1.0 / flexibility, cubics, sliding)
+        rigidities = np.full_like(inside, np.inf)  # ks G A [N]; infinite for beams without shear
+        for beam, last, count in zip(beams, np.cumsum(counts), counts, strict=True):
+            if beam.shear:
+                own, G = slice(last - count, last), beam.material.shear_modulus
+                ks = shear_factors(beam.section, beam.shear, beam.material.poisson, inside[own])
+                rigidities[own] = ks * G * A[own]
+        bent = with_shear(end - begin, 1.0 / flexibility, cubics, _INVERSE.elemental(axial, weight=rigidities))
     bent[1] = bent[1] + bent[2]
     along = np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None], _local(_PRODUCT, axial, rho * A)
     whole = (end - begin, *along, *bent, E * A_ends, E * I_ends)
@@ -208,25 +212,13 @@ def _dimensions(
     return A, I
 
 
-def _shear_rigidities(beams: Sequence[BeamData], counts: Sequence[int], s: Array, A: Array) -> Array:
-    """ks G A at s (elements, places) [N]; infinite for beams without shear."""
-    found, ends = np.full_like(s, np.inf), np.cumsum(counts)
-    for beam, last, count in zip(beams, ends, counts, strict=True):
-        if beam.shear:
-            rows = slice(last - count, last)
-            G = beam.material.shear_modulus
-            found[rows] = shear_factors(beam.section, beam.shear, beam.material.poisson, s[rows]) * G * A[rows]
-    return found
-
-
 def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array]:
     return _section_values(section, "area_at", s, least), _section_values(section, "second_moment_at", s, least)
 
 
 def _section_values(section: Section, method: str, s: Array, least: float | None = None) -> Array:
     """Area or second moment at s, checked: > 0, or >= `least` at the ends, where a wedge may run out to zero."""
-    values = np.asarray(getattr(section, method)(s), dtype=float)
-    owner = f"{type(section).__name__}.{method}"
+    values, owner = np.asarray(getattr(section, method)(s), dtype=float), f"{type(section).__name__}.{method}"
     if values.shape != s.shape:
         raise InputError(f"{owner}: the result has shape {values.shape} for s of shape {s.shape}; keep the shape of s.")
     good = np.isfinite(values) & (values > 0.0 if least is None else values >= least)
@@ -260,8 +252,9 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
     dx, dy = end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]
     l = np.hypot(dx, dy)
     c, s = dx / l, dy / l
-    angles = start[:, 2] + beam.start_angle, end[:, 2] + beam.end_angle
-    return Deformation(l, c, s, *(_rotation(angle, c, s) for angle in angles))
+    ends = ((np.cos(a), np.sin(a)) for a in (start[:, 2] + beam.start_angle, end[:, 2] + beam.end_angle))
+    # less the direction of the chord, in (-pi, pi]
+    return Deformation(l, c, s, *(np.arctan2(st * c - ct * s, ct * c + st * s) for ct, st in ends))
 
 
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
@@ -269,8 +262,7 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
-    w = beam.length * _blend(d, beam, xi, 0)
-    normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
+    w, normal = beam.length * _blend(d, beam, xi, 0), np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
     return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
 
@@ -304,12 +296,6 @@ def section_forces(
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """E I of the section, (m,) [N m2], linear between the ends."""
     return np.asarray(np.interp(xi, (0.0, 1.0), beam.ei))
-
-
-def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """theta less the direction of the chord, in (-pi, pi]."""
-    ct, st = np.cos(theta), np.sin(theta)
-    return np.asarray(np.arctan2(st * c - ct * s, ct * c + st * s))
 
 
 def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:

@@ -65,8 +65,7 @@ class LineMesh:
 
     def tag_of(self, nodes: Sequence[int] | Indices) -> int:
         """Tag of the lines along nodes of a member, which is that of the first of these lines."""
-        along = (np.sort(self.edges, axis=1) == np.sort(nodes[:2])).all(axis=1)
-        return int(self.tags[along].item())
+        return int(self.tags[(np.sort(self.edges, axis=1) == np.sort(nodes[:2])).all(axis=1)].item())
 
 
 def read_lines(path: str | PathLike[str]) -> LineMesh:
@@ -86,7 +85,16 @@ def read_lines(path: str | PathLike[str]) -> LineMesh:
     on_line[edges] = True
     vertices = [block.data.ravel() for block in mesh.cells if block.type == "vertex"]
     single[np.concatenate([*vertices, np.zeros(0, dtype=np.int64)])] = True
-    keep, tags = on_line | ~single, _tags(file, mesh, len(edges))
+    keep, tags = on_line | ~single, np.zeros(len(edges), dtype=np.int64)
+    name = next((name for name in TAG_NAMES if name in mesh.cell_data), None)
+    if name is not None:
+        values = np.asarray(mesh.get_cell_data(name, "line"))
+        # a file may hold several numbers a cell, or fractions, under any name
+        numbers = values.shape == tags.shape and np.issubdtype(values.dtype, np.number)
+        if not numbers or np.any(values != np.round(values)):
+            text = f"{file}: cell data {name!r} are not one whole number for each line"
+            raise FileFormatError(f"{text}. Give one number a line under this name, or export the mesh without it.")
+        tags = values.astype(np.int64)
     return LineMesh(points[keep], (np.cumsum(keep) - 1)[edges], tags, name=str(file))
 
 
@@ -112,10 +120,15 @@ def members(mesh: LineMesh) -> list[Indices]:
     """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one."""
     # The first line of a beam in the file gives its direction, and the order of the beams. A gently curved line is no
     # straight beam and is refused.
-    lines = _lines_at(mesh)
-    stops = {node for node, at in enumerate(lines) if _is_stop(mesh, node, at)}
-    done: set[int] = set()
-    result = []
+    lines, stops = _lines_at(mesh), set[int]()  # beams end at an end, a branch, a change of tag, or a corner
+    for node, at in enumerate(lines):
+        bend = math.pi
+        if len(at) == 2 and mesh.tags[at[0]] == mesh.tags[at[1]]:
+            before, after = (mesh.points[_other(mesh, line, node)] for line in at)
+            bend = _angle(mesh.points[node] - before, after - mesh.points[node])
+        if bend > STRAIGHT:
+            stops.add(node)
+    done, result = set[int](), []
     for first in range(len(mesh.edges)):
         if first not in done:
             nodes, used = _walk(mesh, first, lines, stops)
@@ -167,19 +180,6 @@ def plane_points(file: Path, points: Any) -> Array:
     return np.ascontiguousarray(xyz[:, :2])
 
 
-def _tags(file: Path, mesh: Any, n: int) -> Indices:
-    """Tags of lines, of the first cell data of `TAG_NAMES` that a file has."""
-    name = next((name for name in TAG_NAMES if name in mesh.cell_data), None)
-    if name is None:
-        return np.zeros(n, dtype=np.int64)
-    values = np.asarray(mesh.get_cell_data(name, "line"))
-    # a file may hold several numbers a cell, or fractions, under any name
-    if values.shape != (n,) or not np.issubdtype(values.dtype, np.number) or np.any(values != np.round(values)):
-        text = f"{file}: cell data {name!r} are not one whole number for each line"
-        raise FileFormatError(f"{text}. Give one number a line under this name, or export the mesh without it.")
-    return values.astype(np.int64)
-
-
 def extent(points: Array) -> float:
     """Largest extent of points (n, 2) along an axis [m]."""
     return float(np.max(np.ptp(points, axis=0)))
@@ -207,14 +207,6 @@ def _lines_at(mesh: LineMesh) -> list[list[int]]:
         lines[i].append(k)
         lines[j].append(k)
     return lines
-
-
-def _is_stop(mesh: LineMesh, node: int, at: list[int]) -> bool:
-    """Whether a beam ends here: an end, a branch, a change of tag, or a corner."""
-    if len(at) != 2 or mesh.tags[at[0]] != mesh.tags[at[1]]:
-        return True
-    before, after = (_other(mesh, line, node) for line in at)
-    return _angle(mesh.points[node] - mesh.points[before], mesh.points[after] - mesh.points[node]) > STRAIGHT
 
 
 def _other(mesh: LineMesh, line: int, node: int) -> int:

@@ -51,9 +51,22 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
     mesh = read_file(file)
     points = plane_points(file, mesh.points) * unit
     points, cells, kind, owners = _plane_cells(file, mesh, points)
-    sets, regions = _groups(mesh)
-    numbers = np.full(len(points), -1)
-    used = np.unique(cells)
+    # Nodes by the name of a set, and cells by the name of a region
+    sets: Groups = {_name(name): [np.asarray(nodes)] for name, nodes in mesh.point_sets.items()}
+    regions: Groups = {}
+    for name, members in mesh.cell_sets.items():
+        if not name.startswith("gmsh:"):
+            given = [np.asarray(c if c is not None else [], dtype=np.int64) for c in members]
+            _add(mesh, _name(name), given, sets, regions)
+    names = {(int(dimension), int(tag)): name for name, (tag, dimension) in mesh.field_data.items()}
+    for tag in np.unique(np.concatenate([*mesh.cell_data.get(TAG, []), np.zeros(0, dtype=int)])):
+        for dimension in (1, 2):
+            name = _name(names.get((dimension, int(tag)), str(int(tag))))
+            if tag > 0 and name not in (sets if dimension == 1 else regions):
+                of = [data == tag if _dimension(b) == dimension else np.zeros(len(data), dtype=bool)
+                      for b, data in zip(mesh.cells, mesh.cell_data[TAG], strict=True)]  # fmt: skip
+                _add(mesh, name, [np.flatnonzero(one) for one in of], sets, regions)
+    numbers, used = np.full(len(points), -1), np.unique(cells)
     numbers[used] = np.arange(len(used))
     chosen = {name: numbers[np.unique(np.concatenate(nodes))] for name, nodes in sets.items()}  # -1: without a cell
     places = {name: np.flatnonzero(np.isin(owners, np.concatenate(own))) for name, own in regions.items()}
@@ -99,25 +112,6 @@ def _blocks(mesh: Any) -> Iterator[tuple[Any, int]]:
     for block in mesh.cells:
         yield block, first
         first += len(block.data)
-
-
-def _groups(mesh: Any) -> tuple[Groups, Groups]:
-    """Nodes by the name of a set, and cells by the name of a region."""
-    sets: Groups = {_name(name): [np.asarray(nodes)] for name, nodes in mesh.point_sets.items()}
-    regions: Groups = {}
-    for name, members in mesh.cell_sets.items():
-        if not name.startswith("gmsh:"):
-            chosen = [np.asarray(c if c is not None else [], dtype=np.int64) for c in members]
-            _add(mesh, _name(name), chosen, sets, regions)
-    names = {(int(dimension), int(tag)): name for name, (tag, dimension) in mesh.field_data.items()}
-    for tag in np.unique(np.concatenate([*mesh.cell_data.get(TAG, []), np.zeros(0, dtype=int)])):
-        for dimension in (1, 2):
-            name = _name(names.get((dimension, int(tag)), str(int(tag))))
-            if tag > 0 and name not in (sets if dimension == 1 else regions):
-                of = [data == tag if _dimension(b) == dimension else np.zeros(len(data), dtype=bool)
-                      for b, data in zip(mesh.cells, mesh.cell_data[TAG], strict=True)]  # fmt: skip
-                _add(mesh, name, [np.flatnonzero(one) for one in of], sets, regions)
-    return sets, regions
 
 
 def _add(mesh: Any, name: str, members: list[Indices], sets: Groups, regions: Groups) -> None:

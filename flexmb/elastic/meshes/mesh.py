@@ -61,8 +61,7 @@ class CellKind:
         element = self.element()
         pairs = [element.lbasis(places, i) for i in range(self.nodes)]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
-        gradients = np.stack([np.broadcast_to(slope, places.shape) for _, slope in pairs], axis=1)
-        return values, gradients
+        return values, np.stack([np.broadcast_to(slope, places.shape) for _, slope in pairs], axis=1)
 
 
 TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
@@ -149,8 +148,7 @@ def checked_points(label: str, points: Any) -> Array:
 
 def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
     """Cells (m, k) as read-only whole numbers of existing nodes, none twice in a cell."""
-    found = _whole_numbers(label, "cells", cells)
-    k = KINDS[kind].nodes
+    found, k = _whole_numbers(label, "cells", cells), KINDS[kind].nodes
     if found.ndim != 2 or found.shape[1] != k or not len(found):
         raise InputError(f"{label}: cells have shape {found.shape}; those of kind {kind!r} must be (m, {k}), m >= 1.")
     if found.min() < 0 or found.max() >= nodes:
@@ -183,27 +181,15 @@ def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> 
     return found
 
 
-def _require_used(label: str, points: Array, cells: Indices) -> None:
-    used = np.zeros(len(points), dtype=bool)
-    used[cells] = True
-    if not used.all():
-        bad = int(np.argmin(used))
-        text = f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
-        raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
-
-
-def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
-    corners = np.sort(cells[:, : KINDS[kind].corners], axis=1)
-    _, first, inverse, counts = np.unique(corners, axis=0, return_index=True, return_inverse=True, return_counts=True)
+def _require_sound_cells(label: str, points: Array, cells: Indices, kind: str) -> None:
+    names = np.sort(cells[:, : KINDS[kind].corners], axis=1)
+    _, first, inverse, counts = np.unique(names, axis=0, return_index=True, return_inverse=True, return_counts=True)
     if counts.max() > 1:
         bad = int(np.argmax(counts))
         second = int(np.flatnonzero(inverse.ravel() == bad)[1])
         place = _of_cell(points, cells[second])
         text = f"{label}: cells {int(first[bad])} and {second} have the same corners at {place}"
         raise InputError(f"{text}; {int((counts > 1).sum())} such pairs in all. Delete one of each.")
-
-
-def _require_upright(label: str, points: Array, cells: Indices, kind: str) -> None:
     corners = points[cells[:, : KINDS[kind].corners]]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     least = jacobians(points, cells, kind).min(axis=1)
@@ -232,7 +218,7 @@ def _remedy_of_cell(corners: Array, *, all_wrong: bool) -> str:
     return "Mesh the outline with smaller cells there, or with straight edges."
 
 
-def _require_two_cells(label: str, points: Array, edges: Edges) -> None:
+def _require_one_body(label: str, points: Array, cells: Indices, edges: Edges) -> None:
     if edges.counts.max() > 2:
         bad = int(np.argmax(edges.counts))
         i, j = edges.nodes[bad, :2].tolist()
@@ -243,11 +229,7 @@ def _require_two_cells(label: str, points: Array, edges: Edges) -> None:
         (i, j), (a, b) = edges.nodes[bad, :2].tolist(), edges.cells[bad].tolist()
         text = f"{label}: cells {a} and {b} lie on the same side of the edge between nodes {i} and {j} "
         raise InputError(f"{text}at {at(points, i)}, so they overlap. Delete one of them.")
-
-
-def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) -> None:
-    inner = edges.cells[edges.counts == 2]
-    n = len(cells)
+    inner, n = edges.cells[edges.counts == 2], len(cells)
     links = coo_array((np.ones(len(inner), dtype=np.int8), (inner[:, 0], inner[:, 1])), shape=(n, n))
     count, piece = connected_components(links, directed=False)
     if count > 1:
@@ -259,7 +241,7 @@ def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) 
         raise InputError(f"{text}. Merge nodes at the same place, mesh the pieces as one, or make one body of each.")
 
 
-def _require_no_hanging_nodes(label: str, points: Array, edges: Edges) -> None:
+def _require_conforming(label: str, points: Array, edges: Edges) -> None:
     boundary = edges.boundary
     nodes = np.unique(boundary)
     a, b = points[boundary[:, 0]], points[boundary[:, 1]]
@@ -276,10 +258,7 @@ def _require_no_hanging_nodes(label: str, points: Array, edges: Edges) -> None:
                 text = f"{label}: node {bad} at {at(points, bad)} lies on the edge between nodes {i} and {j}, "
                 text += "whose cell does not have it, so the body would gape there"
                 raise InputError(f"{text}. Mesh both sides with the same nodes.")
-
-
-def _require_simple_boundary(label: str, points: Array, edges: Edges) -> None:
-    counts = np.bincount(edges.boundary[:, 0], minlength=len(points))
+    counts = np.bincount(boundary[:, 0], minlength=len(points))
     if counts.max() > 1:
         bad = int(np.argmax(counts))
         text = f"{label}: the body touches itself at node {bad} at {at(points, bad)} alone, like a hinge"
@@ -355,15 +334,18 @@ class PlaneMesh:
         for name, value in {"points": points, "cells": cells, **groups}.items():
             object.__setattr__(self, name, value)
         # the cells must be a decomposition of one connected body
-        edges = self.edges
-        _require_used(label, points, cells)
+        edges, used = self.edges, np.zeros(len(points), dtype=bool)
+        used[cells] = True
+        if not used.all():
+            bad = int(np.argmin(used))
+            text = (
+                f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
+            )
+            raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
         require_distinct(label, points, "cells")
-        _require_once(label, points, cells, self.kind)
-        _require_upright(label, points, cells, self.kind)
-        _require_two_cells(label, points, edges)
-        _require_one_piece(label, points, cells, edges)
-        _require_no_hanging_nodes(label, points, edges)
-        _require_simple_boundary(label, points, edges)
+        _require_sound_cells(label, points, cells, self.kind)
+        _require_one_body(label, points, cells, edges)
+        _require_conforming(label, points, edges)
 
     @property
     def label(self) -> str:
@@ -380,25 +362,21 @@ class PlaneMesh:
         """All edges of the cells."""
         local = np.array(KINDS[self.kind].edges)
         every = self.cells[:, local]  # (m, edges a cell, nodes an edge)
-        owner = np.repeat(np.arange(len(self.cells)), len(local))
-        every = every.reshape(-1, local.shape[1])
+        owner, every = np.repeat(np.arange(len(self.cells)), len(local)), every.reshape(-1, local.shape[1])
         ends = np.sort(every[:, :2], axis=1)
         key = ends[:, 0] * (int(self.cells.max()) + 1) + ends[:, 1]
         order = np.argsort(key, kind="stable")
         first = np.flatnonzero(np.diff(key[order], prepend=-1))
-        counts = np.diff(np.append(first, len(key)))
-        second = order[np.minimum(first + 1, len(key) - 1)]
+        counts, second = np.diff(np.append(first, len(key))), order[np.minimum(first + 1, len(key) - 1)]
         cells_of = np.stack([owner[order[first]], np.where(counts > 1, owner[second], -1)], axis=1)
-        folded = (counts > 1) & (every[order[first], 0] == every[second, 0])
-        return Edges(every[order[first]], cells_of, counts, folded)
+        return Edges(every[order[first]], cells_of, counts, (counts > 1) & (every[order[first], 0] == every[second, 0]))
 
     @cached_property
     def loops(self) -> tuple[Indices, ...]:
         """Nodes of each closed line of the boundary in order: the outline first, then the holes."""
         boundary = self.edges.boundary
         # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.
-        after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
-        loops = []
+        after, loops = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True)), []
         while after:
             node, nodes = next(iter(after)), []
             while node in after:
@@ -515,7 +493,6 @@ class PlaneMesh:
         middles = self.points[edges].mean(axis=1)
         own = {name: _pairs_in(edges, self.edges_in(name), n) for name in self.sets}
         for name in rounds:
-            self.set_of(name)
             # Centre and radius [m] of the circle on which the nodes of a set lie, or `InputError`
             points = self.points[self.set_of(name)]
             mean = points.mean(axis=0)
@@ -531,8 +508,7 @@ class PlaneMesh:
         if self.kind == "quad4":
             points, cells = with_centres(points, cells)
         sets = {name: np.concatenate([nodes, n + own[name]]) for name, nodes in self.sets.items()}
-        kind = {"tri3": "tri6", "quad4": "quad9"}[self.kind]
-        return replace(self, points=points, cells=cells, kind=kind, sets=sets)
+        return replace(self, points=points, cells=cells, kind={"tri3": "tri6", "quad4": "quad9"}[self.kind], sets=sets)
 
     def with_holes(self, holes: Mapping[str, tuple[float, float]]) -> PlaneMesh:
         """The mesh with names for `holes`, each found by a point inside of it [m]: {"start": (0.0, 0.0)}.
@@ -575,9 +551,7 @@ def _centre_of_circle(points: Array) -> Array | None:
     A = np.column_stack([2.0 * points, np.full(len(points), scale)])
     found, _, rank, _ = np.linalg.lstsq(A / scale, (points**2).sum(axis=1) / scale, rcond=1e-9)
     radii = np.linalg.norm(points - found[:2], axis=1)
-    if rank < 3 or np.ptp(radii) > ON_CIRCLE * radii.mean():
-        return None
-    return np.asarray(found[:2])
+    return None if rank < 3 or np.ptp(radii) > ON_CIRCLE * radii.mean() else np.asarray(found[:2])
 
 
 Value = TypeVar("Value")

@@ -79,8 +79,17 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     pairs = cKDTree(points).query_pairs(SAME_NODE * float(np.ptp(points, axis=0).max()), output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     nodes = np.asarray(connected_components(links, directed=False)[1].astype(np.int64))
-    cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
-    points = points[np.unique(nodes, return_index=True)[1]]
+    pieces = []  # nodes (m, 9) of the cells of each grid, counter-clockwise
+    for grid, start in zip(grids, starts[:-1], strict=True):
+        rows, columns = grid.shape[:2]
+        number = nodes[start + np.arange(rows * columns)].reshape(rows, columns)
+        places = [(0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1)]
+        down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
+        if down[0] * right[1] - down[1] * right[0] > 0.0:  # the first index turns counter-clockwise into the second one
+            places = [(j, i) for i, j in places]
+        own = [number[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i, j in places]
+        pieces.append(np.stack(own, axis=1))
+    cells, points = np.concatenate(pieces), points[np.unique(nodes, return_index=True)[1]]
     cells = cells[:, : KINDS[kind].nodes] if kind.startswith("quad") else halved(points, cells, kind)
     used, numbers = np.unique(cells, return_inverse=True)
     return PlaneMesh(points[used], numbers.reshape(cells.shape), kind, name=name)
@@ -96,25 +105,13 @@ def on_circle(points: Array, centre: Sequence[float], radius: float) -> npt.NDAr
     return np.asarray(np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius)
 
 
-def _cells_of(grid: Array) -> Indices:
-    """Nodes of the cells (m, 9) of a grid, counter-clockwise."""
-    rows, columns = grid.shape[:2]
-    number = np.arange(rows * columns).reshape(rows, columns)
-    places = [(0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1)]
-    down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
-    if down[0] * right[1] - down[1] * right[0] > 0.0:  # the first index turns counter-clockwise into the second one
-        places = [(j, i) for i, j in places]
-    return np.stack([number[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i, j in places], axis=1)
-
-
 def halved(points: Array, cells: Indices, kind: str) -> Indices:
     """Triangles of quadrilaterals by their shorter diagonals: first halves, then second ones; nodes (n, 2) [m]."""
     corner = points[cells[:, :4]]
     diagonals = np.linalg.norm(corner[:, :2] - corner[:, 2:], axis=2)
     other = diagonals[:, 1] < (1.0 - 1e-6) * diagonals[:, 0]
     turns = [1, 2, 3, 0, 5, 6, 7, 4, 8][: cells.shape[1]]
-    turned = np.where(other[:, None], cells[:, turns], cells)
-    n = KINDS[kind].nodes
+    turned, n = np.where(other[:, None], cells[:, turns], cells), KINDS[kind].nodes
     return np.concatenate([turned[:, [0, 1, 2, 4, 5, 8][:n]], turned[:, [0, 2, 3, 8, 6, 7][:n]]])
 
 
@@ -160,8 +157,7 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
     extent = np.ptp(shape.corners, axis=0)
     require_few(float((extent[0] / size + 1.0) * (extent[1] / size + 1.0)))
     loops = shape.loops(size)
-    fixed = np.concatenate(loops)
-    starts = np.cumsum([0, *map(len, loops)])
+    fixed, starts = np.concatenate(loops), np.cumsum([0, *map(len, loops)])
     rings = [first + np.arange(len(loop)) for first, loop in zip(starts[:-1], loops, strict=True)]
     edges = np.concatenate([np.stack([ring, np.roll(ring, -1)], axis=1) for ring in rings])
     # Nodes of a lattice of equal triangles that lie inside and clear of the boundary
@@ -181,13 +177,17 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
             for first, second in ((a, b), (b, a)):
                 np.add.at(total, cells[:, first], points[cells[:, second]])
                 np.add.at(counts, cells[:, first], 1.0)
-        moved = points.copy()
-        new = total[held:] / np.maximum(counts[held:], 1.0)[:, None]
+        moved, new = points.copy(), total[held:] / np.maximum(counts[held:], 1.0)[:, None]
         good = (counts[held:] > 0.0) & _is_clear(new, fixed, edges)
         moved[held:][good] = new[good]
         points = moved
     cells = _inside(shape, points)
-    _require_boundary(shape, points, cells, edges)
+    sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ np.array([len(points), 1])
+    missing = ~np.isin(np.sort(edges, axis=1) @ np.array([len(points), 1]), sides)
+    if missing.any():
+        at = points[edges[missing][0]].mean(axis=0)
+        text = f"{shape.label}: the boundary is narrow at ({at[0]:.4g}, {at[1]:.4g}) m for cells of this size"
+        raise InputError(f"{text}. Take a smaller size, or move holes away from each other and from the outline.")
     return points, cells, {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
 
 
@@ -222,16 +222,6 @@ def _inside(shape: Shape, points: Array) -> Indices:
     cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
     # three nodes on one side of the outline may span a cell by round-off
     return np.asarray(cells[np.abs(area) > FLAT * np.median(np.abs(area))])
-
-
-def _require_boundary(shape: Shape, points: Array, cells: Indices, edges: Indices) -> None:
-    """Refuse a triangulation that misses an edge of the boundary."""
-    sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ np.array([len(points), 1])
-    missing = ~np.isin(np.sort(edges, axis=1) @ np.array([len(points), 1]), sides)
-    if missing.any():
-        x, y = points[edges[missing][0]].mean(axis=0)
-        text = f"{shape.label}: the boundary is narrow at ({x:.4g}, {y:.4g}) m for cells of this size"
-        raise InputError(f"{text}. Take a smaller size, or move holes away from each other and from the outline.")
 
 
 def require_apart(label: str, shape: Shape, names: Sequence[str]) -> None:
@@ -270,19 +260,29 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     # [m] at most. The new corners (p, 2) [m] include the tangent points of arcs. Arcs that do not fit onto an edge are
     # refused.
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
-    lengths = np.linalg.norm(after, axis=1)
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    lengths, cross = np.linalg.norm(after, axis=1), before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     turns = np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
     tangents = radii * np.tan(0.5 * np.abs(turns))  # from the corner to where the arc begins
-    _require_room(label, radii, tangents, lengths)
-    points: list[Array] = []
-    arcs: list[Indices] = []
+    ends = np.roll(tangents, -1)
+    lacking = tangents + ends - lengths * (1.0 + 1e-12)
+    if lacking.max() > 0.0:
+        i = int(lacking.argmax())
+        j, most = (i + 1) % len(radii), lengths[i] / (tangents[i] + ends[i])
+        text = f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take"
+        text += f" {tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long."
+        raise InputError(f"{text} Make them smaller, {most:.3g} times these radii at most.")
+    points, arcs = list[Array](), list[Indices]()
     count = 0
     for corner, radius, turn, reach, way, length in zip(corners, radii, turns, tangents, after, lengths, strict=True):
         if radius == 0.0 or abs(turn) < STRAIGHT:
             piece = corner[None, :]
         else:
-            piece = _arc(corner, radius, turn, reach, way / length, size)
+            ahead = way / length
+            inwards = np.sign(turn) * np.array([-ahead[1], ahead[0]])
+            n = max(FEWEST_ON_ARC, int(np.ceil(abs(turn) * radius / size)))
+            angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(n + 1) / n)
+            around = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            piece = corner + reach * ahead + radius * inwards + around
             arcs.append(count + np.arange(len(piece)))
         points.append(piece)
         count += len(piece)
@@ -290,28 +290,6 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     kept = np.linalg.norm(found - np.roll(found, 1, axis=0), axis=1) > SAME_PLACE * lengths.max()
     numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
     return found[kept], [numbers[arc] for arc in arcs]
-
-
-def _require_room(label: str, radii: Array, tangents: Array, lengths: Array) -> None:
-    ends = np.roll(tangents, -1)
-    lacking = tangents + ends - lengths * (1.0 + 1e-12)
-    if lacking.max() <= 0.0:
-        return
-    i = int(lacking.argmax())
-    j = (i + 1) % len(radii)
-    most = lengths[i] / (tangents[i] + ends[i])
-    text = f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take"
-    text += f" {tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long."
-    raise InputError(f"{text} Make them smaller, {most:.3g} times these radii at most.")
-
-
-def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, size: float) -> Array:
-    """Points on the arc at a corner, in the order of the outline; `ahead` is the direction behind the corner."""
-    inwards = np.sign(turn) * np.array([-ahead[1], ahead[0]])
-    centre = corner + reach * ahead + radius * inwards
-    count = max(FEWEST_ON_ARC, int(np.ceil(abs(turn) * radius / size)))
-    angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(count + 1) / count)
-    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
 Hole = tuple[tuple[float, float], float]  # centre and radius [m]
@@ -518,15 +496,14 @@ def _link(
         raise InputError(f"{text}. Make the link longer or the eyes smaller.")
     corners = [(r * math.cos(a), r * math.sin(a)) for r, a in zip(radii, angles, strict=True)]
     slope = (corners[1][1] - corners[0][1]) / (length - corners[0][0] - corners[1][0])
-    eyes = [
-        _Eye(r, hole, angle, sign * slope, size, fillet)
-        for r, hole, angle, sign, fillet in zip(radii, holes, angles, (1.0, -1.0), fillets, strict=True)
-    ]
+    own = zip(radii, holes, angles, (slope, -slope), (size, size), fillets, strict=True)
+    eyes = [_Eye(*numbers) for numbers in own]
     if sum(eye.reach for eye in eyes) >= length:
         text = f"{label}: the fillets of {fillets[0]:g} and {fillets[1]:g} m leave no shank between the eyes"
         raise InputError(f"{text}, which are {length:g} m apart. Make them smaller.")
     across = max(2 * cells_along(eye.radius * math.sin(eye.angle), eye.size) for eye in eyes)
-    first, last = eyes[0].neck(across), eyes[1].neck(across)
+    # where the shank begins, from below
+    first, last = (sampled(eye.neck[len(eye.neck) // 2 :][:1], [across]) for eye in eyes)
     mirrored = [np.array([length, 0.0]) + np.array([-1.0, 1.0]) * points for points in (eyes[1].block(across), last)]
     along = cells_along(float(np.linalg.norm(mirrored[1] - first, axis=1).max()), size)
     mesh = joined([eyes[0].block(across), mirrored[0], ruled(first, mirrored[1], along)], kind, label[7:])
@@ -577,7 +554,8 @@ class _Eye:
         """Distance from the centre at which eye and fillets end [m]."""
         return self.radius if self.arcs is None else max(self.radius, float(self.arcs[0](np.zeros(1))[0, 0]))
 
-    def neck_curves(self) -> list[Curve]:
+    @cached_property
+    def neck(self) -> list[Curve]:
         """Curves on which the block of the eye meets the shank, from its lower to its upper edge."""
         r, a = self.radius, self.angle
         x, y = self.corner
@@ -594,17 +572,10 @@ class _Eye:
         top = y + self.slope * (r - x)
         return [segment((x, -y), (r, -top)), segment((r, -top), (r, top)), segment((r, top), (x, y))]
 
-    def neck(self, across: int) -> Array:
-        """Nodes (2 across + 1, 2) where the shank begins, from below."""
-        curves = self.neck_curves()
-        middle = len(curves) // 2
-        return sampled(curves[middle : middle + 1], [across])
-
     def block(self, across: int) -> Array:
         """Grid of the eye: from the hole along rays to the outline and to the neck."""
-        opening, neck = self.opening, self.neck_curves()
-        around = cells_along(2.0 * (math.pi - opening) * self.radius, self.size)
-        counts = [across]
+        opening, neck = self.opening, self.neck
+        around, counts = cells_along(2.0 * (math.pi - opening) * self.radius, self.size), [across]
         if len(neck) > 1:
             side = max(1, cells_along(self.radius - float(neck[0](np.zeros(1))[0, 0]), self.size))
             counts = [side, across, side]

@@ -4,8 +4,6 @@ The coordinates are (x, y) of its nodes in the world, or those of `pinned` where
 constant: accelerations of the nodes are absolute, so no centrifugal or Coriolis force is left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -93,8 +91,7 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
     elements.node_rates(p, v, arms, u)
     elements.node_accelerations(p, v, a, arms, w)
     node_tangent(p, x, u, w, kq, kv, ka, f, B)
-    r[:] = 0.0
-    A[:, :] = 0.0
+    r[:], A[:, :] = 0.0, 0.0
     elements.on_coordinates(p, arms, f, r)
     elements.matrix_on_coordinates(p, arms, B, A)
     for pin in range(int(p[elements.PINS])):
@@ -209,7 +206,7 @@ class Cells:
     numbers: np.ndarray  # (m, ...), numbers of the formulation
 
     @staticmethod
-    def of(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str, formulation: float) -> Cells:
+    def of(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str, formulation: float) -> "Cells":
         """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
         stiffness, masses = cell_stiffness(mesh, material, thickness, state), cell_masses(mesh, material, thickness)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
@@ -238,8 +235,7 @@ def cell_contributions(
     """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2]."""
     # `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by
     # number of the mesh's nodes that lie on them.
-    width = cells.cells.shape[1]
-    masses = cells.masses.reshape(len(cells.cells), -1)
+    width, masses = cells.cells.shape[1], cells.masses.reshape(len(cells.cells), -1)
     bodies = np.hstack([cells.points[cells.cells].reshape(len(cells.cells), -1), masses, cells.numbers])
     more: dict[str, Any] = {"energy": cell_energy, "force": cell_force, "tangent": cell_tangent}
     more["account"], found = cell_account, []

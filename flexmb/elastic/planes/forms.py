@@ -85,8 +85,7 @@ def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) ->
     """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
     # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
-    t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
-    quarter = 0.25 * t * (stress[:, :, 0] + stress[:, :, 1])
+    quarter = 0.25 * numbers_of_cells(mesh, "thickness", thickness, "m")[:, None] * (stress[:, :, 0] + stress[:, :, 1])
     none = np.zeros_like(quarter)
     same = _local(_SLOPES, basis, x_x=none, y_y=quarter), _local(_SLOPES, basis, x_x=quarter, y_y=none)
     local = _interleaved(same, _local(_CROSSED, basis, symmetric=False, bulk=none, shear=-quarter))
@@ -109,8 +108,7 @@ def mass_basis(mesh: PlaneMesh) -> Basis:
 
 def stress_at_quadrature(mesh: PlaneMesh, material: Materials, u: Array, state: str = STRESS) -> Array:
     """Stresses sx, sy, txy [Pa] (m, q, 3) at quadrature points by displacements u (2n,) x0, y0, x1, ... [m]."""
-    basis = stiffness_basis(mesh)
-    own = np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]
+    basis, own = stiffness_basis(mesh), np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]
     slopes = np.zeros((2, 2, *basis.dx.shape))  # component, direction
     for k, (field, *_) in enumerate(basis.basis):
         slopes += np.einsum("ma,bmq->abmq", own[:, k], field.grad)
@@ -123,8 +121,7 @@ def _stiffness_blocks(
     mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str
 ) -> tuple[tuple[Array, Array], Array]:
     """Local stiffness (m, k, k) of x on x and y on y, and of x (rows) on y."""
-    basis = stiffness_basis(mesh)
-    t = numbers_of_cells(mesh, "thickness", thickness, "m")
+    basis, t = stiffness_basis(mesh), numbers_of_cells(mesh, "thickness", thickness, "m")
     d11, d12, d33 = (t * elasticity(mesh, material, state).T)[:, :, None]
     same = _local(_SLOPES, basis, x_x=d11, y_y=d33), _local(_SLOPES, basis, x_x=d33, y_y=d11)
     # rows are test functions: sx against v_,x holds D12 u_y,y, txy against v_,y holds D33 u_y,x

@@ -52,8 +52,7 @@ def averaged_pin_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
         H[2, i], H[2, i + 1] = -lam[2] * ax, -lam[2] * ay
         H[i, 2], H[i + 1, 2] = -lam[2] * ax, -lam[2] * ay
     g[2], G[2, 2] = cross, -dot
-    gamma[2] = spin * (2.0 * dot_rate + spin * cross)
-    H[2, 2] = -(lam[0] * mx + lam[1] * my) - lam[2] * cross
+    gamma[2], H[2, 2] = spin * (2.0 * dot_rate + spin * cross), -(lam[0] * mx + lam[1] * my) - lam[2] * cross
 
 
 def averaged_pin(
@@ -142,12 +141,10 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
             rows.append((dofs, averages))
             # Three dependent displacements, the others, and the dependent ones (3, 3 + others) by pin and others
             chosen = qr(averages / np.abs(averages).max(axis=1, keepdims=True), pivoting=True, mode="r")[1][:3]
-            rest = np.setdiff1d(np.arange(len(dofs)), chosen)
-            inverse = np.linalg.inv(averages[:, chosen])
+            rest, inverse = np.setdiff1d(np.arange(len(dofs)), chosen), np.linalg.inv(averages[:, chosen])
             blocks.append((dofs[chosen], dofs[rest], np.hstack([inverse, -inverse @ averages[:, rest]])))
         taken[blocks[-1][0]] = True
-    free = np.flatnonzero(~taken)
-    place = np.cumsum(~taken) - 1 + 3 * len(interfaces)
+    free, place = np.flatnonzero(~taken), np.cumsum(~taken) - 1 + 3 * len(interfaces)
     entries = [(free, place[free], np.ones(len(free)))]
     for number, (dependent, others, values) in enumerate(blocks):
         columns = np.concatenate([3 * number + np.arange(3), place[others]])

@@ -96,8 +96,7 @@ def vibrations(
     except ArpackError as error:
         text = f"{label}: {count + rigid} natural frequencies were not found ({error})"
         raise SolveError(f"{text}. Ask for fewer, or look for nearly separate pieces of the mesh.") from None
-    frequencies = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi)
-    shapes = shapes[:, rigid:]
+    frequencies, shapes = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi), shapes[:, rigid:]
     return frequencies, shapes if T is None else T @ shapes
 
 
@@ -166,8 +165,20 @@ class PlaneBody(MeshBody):
         for name in ("thickness", "material", "interface"):
             if isinstance(value := getattr(self, name), Mapping):
                 object.__setattr__(self, name, by_region(self.label, name, value))
-        object.__setattr__(self, "pins", self._checked_pins())
-        checks.no_name_of_nodes(self.label, cast("tuple[str, ...]", self.pins), "node", "nodes of the mesh")
+        if self.pins is None:
+            names = self.mesh.holes
+            if not names:
+                text = f"{self.label}: {self.mesh.label} has no hole with a name, so the body has no pins"
+                sets = ", ".join(self.mesh.sets) or "it has none"
+                raise InputError(f"{text}. Name sets of it as pins=(...): {sets}.")
+        else:
+            names = checks.sequence(self.label, "pins", self.pins, "names of sets")
+            for name in names:
+                self.mesh.set_of(name)
+            if not names or len(set(names)) < len(names):
+                raise InputError(f"{self.label}: pins are {names!r}; name at least one set, and each one once.")
+        object.__setattr__(self, "pins", names)
+        checks.no_name_of_nodes(self.label, names, "node", "nodes of the mesh")
         _ = self._place, self.tie  # refuse points and pins that do not fit
         for region, value in by_region(self.label, "thickness", self.thickness):
             checks.positive(self.label, f"thickness of region {region!r}" if region else "thickness", value, "m")
@@ -178,22 +189,6 @@ class PlaneBody(MeshBody):
         count = len(self.interfaces) + len(self.free_nodes)
         for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
             object.__setattr__(self, name, checked(self.label, getattr(self, name), count, None))
-
-    def _checked_pins(self) -> tuple[str, ...]:
-        """Names of the sets that are pins."""
-        if self.pins is None:
-            names = self.mesh.holes
-            if not names:
-                text = f"{self.label}: {self.mesh.label} has no hole with a name, so the body has no pins"
-                sets = ", ".join(self.mesh.sets) or "it has none"
-                raise InputError(f"{text}. Name sets of it as pins=(...): {sets}.")
-            return names
-        names = checks.sequence(self.label, "pins", self.pins, "names of sets")
-        for name in names:
-            self.mesh.set_of(name)
-        if not names or len(set(names)) < len(names):
-            raise InputError(f"{self.label}: pins are {names!r}; name at least one set, and each one once.")
-        return names
 
     @cached_property
     def _place(self) -> tuple[Point, float]:
@@ -235,8 +230,7 @@ class PlaneBody(MeshBody):
             checks.one_of(f"{self.label}, interface", "pin", name, names)
         for kind in kinds.values():
             checks.one_of(self.label, "interface", kind, (RIGID, AVERAGED))
-        usual = kinds.get("", RIGID)
-        mesh = self.mesh
+        usual, mesh = kinds.get("", RIGID), self.mesh
         return tuple(Interface(n, mesh.set_of(n), mesh.centre_of(n), kinds.get(n, usual)) for n in names)
 
     @cached_property
@@ -302,13 +296,22 @@ class PlaneBody(MeshBody):
             theta = node_coordinates(self.name, name)[2:]
             found.append(node_mass(self.name, name, 0.0, inertia / len(self.free_nodes), (0.0, 0.0)))
             found.append(ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True))
-        for pin in self.interfaces:
-            found += self._averaged(pin, gravity) if pin.kind == AVERAGED else ()
+        for pin in (pin for pin in self.interfaces if pin.kind == AVERAGED):
+            # its constraint, and its small mass, which is taken from its nodes
+            names = [self.free_nodes[k] for k in pin.nodes.tolist()]
+            weights, arms = pin.weights(mesh), pin.arms(mesh)
+            coordinates = [*node_coordinates(self.name, pin.name)]
+            coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
+            mass = PIN_SHARE * cells.mass
+            found.append(averaged_pin(self.name, tuple(coordinates), arms, weights))
+            found.append(node_mass(self.name, pin.name, mass, mass * float(weights @ (arms**2).sum(axis=1)), gravity))
+            taken = zip(names, weights.tolist(), strict=True)
+            found += [node_mass(self.name, name, -mass * weight, 0.0, gravity) for name, weight in taken]
         if self.stress:
             everywhere = list(range(len(mesh.points)))
-            coordinates, ties, _ = ties_of(self.name, everywhere, mesh.points, self.free_nodes, self.on_pins)
+            places, ties, _ = ties_of(self.name, everywhere, mesh.points, self.free_nodes, self.on_pins)
             materials = cell_materials(mesh, self.material, self.state)
-            found.append(peak_stress_signal(self.name, coordinates, ties, mesh, materials))
+            found.append(peak_stress_signal(self.name, places, ties, mesh, materials))
         return found
 
     def _damped(self) -> Iterator[Contribution]:
@@ -327,18 +330,6 @@ class PlaneBody(MeshBody):
             whole = T.T @ np.kron(mass, np.eye(2)) @ T
             yield damping_element(self.name, (*frame, *own), self.mass_damping, held, whole, angle)
 
-    def _averaged(self, pin: Interface, gravity: tuple[float, float]) -> list[Contribution]:
-        """Constraint and small mass of an averaged pin, taken from its nodes."""
-        names = [self.free_nodes[k] for k in pin.nodes.tolist()]
-        weights, arms = pin.weights(self.mesh), pin.arms(self.mesh)
-        coordinates = [*node_coordinates(self.name, pin.name)]
-        coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
-        mass = PIN_SHARE * self._cells.mass
-        inertia = mass * float(weights @ (arms**2).sum(axis=1))
-        taken = zip(names, weights.tolist(), strict=True)
-        held, own = averaged_pin(self.name, tuple(coordinates), arms, weights), (self.name, pin.name, mass, inertia)
-        return [held, node_mass(*own, gravity), *(node_mass(self.name, n, -mass * w, 0.0, gravity) for n, w in taken)]
-
     @property
     def plane(self) -> PlaneBody:
         return self
@@ -349,8 +340,7 @@ class PlaneBody(MeshBody):
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
         names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
-        number = {name: k for k, name in enumerate(names)}
-        carriers = []
+        number, carriers = {name: k for k, name in enumerate(names)}, []
         for k, (x, y) in enumerate(self.mesh.points.tolist()):
             pin = self.on_pins.get(k)
             arm = (0.0, 0.0) if pin is None else (x - pin.point[0], y - pin.point[1])
@@ -374,7 +364,30 @@ class PlaneBody(MeshBody):
 
     def coarse_cells(self, owner: ElasticBody) -> Iterator[Finding]:
         """Finding on linear cells too few to bend, in the name of the `owner` of the body."""
-        excess = bending_excess(self)
+        # The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is
+        # the energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose
+        # height is twice the area over the length of the boundary.
+        mesh = self.mesh
+        if mesh.kind not in TRIANGLES:
+            return
+        points = mesh.points - mesh.points.mean(axis=0)
+        along = np.linalg.eigh(points.T @ points)[1][:, -1]
+        across = np.array([-along[1], along[0]])
+        x, y = points @ along, points @ across
+        field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
+        stiffness = elasticity(mesh, self.material, self.state)[:, 0]
+        for thickness, cells in cell_values(mesh, "thickness", self.thickness):
+            stiffness[cells] *= thickness
+        square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
+        for corners in TRIANGLES[mesh.kind]:
+            (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
+            area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
+            square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
+            whole += area
+        rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
+        height = 2.0 * whole.sum() / sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
+        added = field @ (self.matrices.stiffness @ field) - stiffness @ square
+        excess = float(added / (stiffness @ whole * height**2 / 12.0))
         if excess > TOO_STIFF:
             text = f"{owner.label}: its {self.mesh.kind} cells are too few across it: in bending it is some "
             text += f"{100.0 * excess:.2g} % too stiff."
@@ -395,32 +408,3 @@ class PlaneBody(MeshBody):
 
 
 _matrices = lru_cache(maxsize=REMEMBERED)(matrices)
-
-
-def bending_excess(body: PlaneBody) -> float:
-    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells."""
-    # The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
-    # energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
-    # twice the area over the length of the boundary.
-    mesh = body.mesh
-    if mesh.kind not in TRIANGLES:
-        return 0.0
-    points = mesh.points - mesh.points.mean(axis=0)
-    along = np.linalg.eigh(points.T @ points)[1][:, -1]
-    across = np.array([-along[1], along[0]])
-    x, y = points @ along, points @ across
-    field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
-    stiffness = elasticity(mesh, body.material, body.state)[:, 0]
-    for thickness, cells in cell_values(mesh, "thickness", body.thickness):
-        stiffness[cells] *= thickness
-    square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
-    for corners in TRIANGLES[mesh.kind]:
-        (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
-        area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
-        square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
-        whole += area
-    rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
-    boundary = sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
-    height = 2.0 * whole.sum() / boundary
-    added = field @ (body.matrices.stiffness @ field) - stiffness @ square
-    return float(added / (stiffness @ whole * height**2 / 12.0))

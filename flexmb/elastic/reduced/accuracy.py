@@ -14,7 +14,7 @@ import scipy.sparse.linalg as sla
 from flexmb import checks
 from flexmb.elastic.planes.forms import lowest
 from flexmb.elastic.planes.stress import von_mises
-from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, ElasticModel, inertia_loads
+from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, inertia_loads
 from flexmb.elastic.reduced.kernel import FIRST
 from flexmb.elastic.reduced.superelement import Superelement, left_out
 from flexmb.errors import InputError
@@ -100,8 +100,7 @@ class Comparison:
         self.model, self.found = found.model, found
         K, M = self.model.stiffness.tocsc(), self.model.mass_matrix()
         n = found.shapes.shape[1]
-        self.kept = np.setdiff1d(np.arange(K.shape[0]), held)
-        self.own_kept = np.setdiff1d(np.arange(n), held)
+        self.kept, self.own_kept = np.setdiff1d(np.arange(K.shape[0]), held), np.setdiff1d(np.arange(n), held)
         self.full = K[self.kept][:, self.kept].tocsc(), M[self.kept][:, self.kept].tocsc()
         own = np.ix_(self.own_kept, self.own_kept)
         self.own = element.matrices["K"][own], element.matrices["M"][own]
@@ -140,7 +139,8 @@ class Comparison:
     def under(self, forces: Array) -> list[LoadAccuracy]:
         """Statics under forces (N, k)."""
         full, own = self.statics(forces)
-        sizes, errors = (_lengths(self.model, found) for found in (full, own - full))
+        moved = (np.asarray(self.model.shape @ found) for found in (full, own - full))
+        sizes, errors = (np.hypot(one[0::2], one[1::2]).max(axis=0) for one in moved)  # largest ones of the points
         if self.model.stresses is None:
             stress, wrong = np.full(len(sizes), math.nan), np.full(len(sizes), math.nan)
         else:
@@ -156,8 +156,7 @@ def accuracy(
     """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
     # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     model = found.model
-    count = checks.count(model.label, "count", count)
-    names = [pin.name for pin in model.pins]
+    count, names = checks.count(model.label, "count", count), [pin.name for pin in model.pins]
     if held is None:
         alone = len(names) == 1
         fixed = list(range(RIGID)) if alone else [3 * k + axis for k in range(len(names)) for axis in range(2)]
@@ -167,32 +166,22 @@ def accuracy(
         places = [names.index(checks.one_of(model.label, "held pin", name, names)) for name in given]
         if not places:
             raise InputError(f"{model.label}: held is empty, and a free body has no statics. Name a pin.")
-        fixed = [3 * k + axis for k in places for axis in range(3)]
-        holding = ", ".join(given)
-    forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in loads.items()}
+        fixed, holding = [3 * k + axis for k in places for axis in range(3)], ", ".join(given)
+    forces = inertia_loads(model)
+    for name, load in loads.items():
+        values = np.asarray(load(model.points) if callable(load) else load, dtype=float)
+        if values.shape != model.points.shape or not np.isfinite(values).all():
+            text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite;"
+            raise InputError(
+                f"{text} it must be {model.points.shape}, one (x, y) for each of the points `model.points`."
+            )
+        forces[name] = model.force_of(values) if callable(load) else np.asarray(model.shape.T @ values.ravel())
     supported = Comparison(found, element, fixed)
     free, held_ones = (one.frequencies(count) for one in (Comparison(found, element, []), supported))
     under = dict(zip(forces, supported.under(np.stack(list(forces.values()), axis=1)), strict=True))
     left = float(found.held[found.vibrations]) if len(found.held) > found.vibrations else math.inf
     sizes = found.vibrations, found.shapes.shape[1], model.stiffness.shape[0]
     return Accuracy(model.label, *sizes, holding, free, held_ones, supported.compliance_error(), under, left)
-
-
-def _forces(model: ElasticModel, name: str, load: Load) -> Array:
-    """Forces (N,) of a given load."""
-    values = np.asarray(load(model.points) if callable(load) else load, dtype=float)
-    if values.shape != model.points.shape or not np.isfinite(values).all():
-        text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite;"
-        raise InputError(f"{text} it must be {model.points.shape}, one (x, y) for each of the points `model.points`.")
-    if callable(load):
-        return model.force_of(values)
-    return np.asarray(model.shape.T @ values.ravel())
-
-
-def _lengths(model: ElasticModel, displacements: Array) -> Array:
-    """(k,) largest displacements of the points."""
-    moved = np.asarray(model.shape @ displacements)
-    return np.asarray(np.hypot(moved[0::2], moved[1::2]).max(axis=0))
 
 
 def _shown(error: float) -> str:
@@ -329,8 +318,7 @@ def _at_edge(body: Reduced, d: np.ndarray, time: np.ndarray, whole: float) -> It
     pins, last = body.basis.model.count, slice(d.shape[1] - AT_EDGE, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-AT_EDGE:].T
     edge = 0.5 * np.einsum("ti,ij,tj->t", eta, body.element.matrices["K"][last, last], eta)
-    when = int(np.argmax(edge))
-    size = np.ptp(body.model.points, axis=0).max()
+    when, size = int(np.argmax(edge)), np.ptp(body.model.points, axis=0).max()
     moved = np.abs(eta * (1.0, 1.0, size)).max(axis=1)  # the shape of a rotation of 1 moves by the size
     share = float(edge[when]) / whole if moved[when] > STEP_ERROR * size else 0.0
     if share >= EDGE_SHARE:

@@ -105,8 +105,7 @@ class Basis:
 
     def static(self, force: Array) -> Array:
         """Displacements (N,) under forces (N,) with all pins held."""
-        m = self.model.count
-        z = np.zeros(len(force))
+        m, z = self.model.count, np.zeros(len(force))
         z[m:] = self.solve_inner(force[m:])
         return z
 
@@ -119,7 +118,13 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
-    weights = _own_inertia(model, solve, inner - modes - loads.shape[1], own) if len(own) else loads[:, :0]
+    weights = loads[:, :0]
+    if len(own):  # without the rotation where it bends as the others do, or has no room
+        every = np.stack(list(inertia_loads(model).values()), axis=1)
+        work = every[m:].T @ solve(every[m:])
+        rest = work[3, 3] - work[3, :3] @ np.linalg.lstsq(work[:3, :3], work[:3, 3], rcond=LEAST_SHARE)[0]
+        turns = rest > LEAST_SHARE * work[3, 3] and inner - modes - loads.shape[1] > RIGID
+        weights = every[:, [k for k in own if k < RIGID or turns]]
     forces, inertia = np.hstack([weights, loads]), weights.shape[1] > 0
     static_shapes = forces.shape[1]
     if modes + static_shapes > inner - inner % 3:
@@ -142,24 +147,14 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
     x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
     names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(inside.shape[1] // 3 - inertia))]
     added = tuple(Node(name, x, y, model.pins[0].theta) for name in names)
-    scaled = full * _amplitudes(model, full)
-    rigid = followed(model.pins, len(added))
+    scaled, rigid = full * _amplitudes(model, full), followed(model.pins, len(added))
     shapes = np.hstack([static - scaled @ rigid, scaled])
-    held = omega[: kept + 1] / (2.0 * math.pi)
-    return Basis(model, (*model.pins, *added), shapes, held, solve, by_pin, rigid, kept)
+    return Basis(model, (*model.pins, *added), shapes, omega[: kept + 1] / (2.0 * math.pi), solve, by_pin, rigid, kept)
 
 
 def _in_threes(modes: int, static_shapes: int) -> int:
     """Number of vibrations, at least `modes`, that make a multiple of three with the static shapes."""
     return 3 * math.ceil((modes + static_shapes) / 3) - static_shapes
-
-
-def _own_inertia(model: ElasticModel, solve: Callable[[Array], Array], room: int, numbers: Indices) -> Array:
-    """(N, n) forces of `inertia_loads`; without the rotation where it bends as the others do, or has no room."""
-    forces = np.stack(list(inertia_loads(model).values()), axis=1)
-    work = forces[model.count :].T @ solve(forces[model.count :])
-    rest = work[3, 3] - work[3, :3] @ np.linalg.lstsq(work[:3, :3], work[:3, 3], rcond=LEAST_SHARE)[0]
-    return forces[:, [k for k in numbers if k < RIGID or (rest > LEAST_SHARE * work[3, 3] and room > RIGID)]]
 
 
 def inertia_loads(model: ElasticModel) -> dict[str, Array]:

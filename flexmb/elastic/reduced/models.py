@@ -7,7 +7,7 @@ the arc and uk the rotation of the end k against the chord.  It is what the elem
 """
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
@@ -110,8 +110,7 @@ class Element(NamedTuple):
     def points(self) -> tuple[Array, Array]:
         """Points of the axis (4, 2) [m], and their displacements (8, 6) x0, y0, ... in the axes of the chord."""
         across = self.cubic[:, 1::2]
-        bow = across @ self.free
-        moved = np.zeros((8, 6))
+        bow, moved = across @ self.free, np.zeros((8, 6))
         for first in (0, 1):
             moved[first::2, first], moved[first::2, 3 + first] = 1.0 - PLACES, PLACES
         moved[0::2] -= np.outer(bow, self.rotation)
@@ -158,16 +157,24 @@ class BeamModel:
     """Matrices of the beams of a body over the displacements of its nodes, pins first, in the axes of the first pin."""
 
     def __init__(self, body: FlexibleBody, pins: Sequence[str]) -> None:
-        self.body = body
-        nodes = {node.name: node for node in body.nodes()}
+        self.body, nodes = body, {node.name: node for node in body.nodes()}
         first = nodes[pins[0]]
         self.origin, self.direction = (first.x, first.y), first.theta
         own = {name: Node(name, *self._own((n.x, n.y)), n.theta - first.theta) for name, n in nodes.items()}
         self.pins = tuple(own.pop(name) for name in pins)
         self.nodes = (*self.pins, *own.values())
-        self.place = {node.name: 3 * k for k, node in enumerate(self.nodes)}
-        self.size = 3 * len(self.nodes)
-        self.elements = tuple(self._elements())
+        self.place, self.size = {node.name: 3 * k for k, node in enumerate(self.nodes)}, 3 * len(self.nodes)
+        self.elements: list[Element] = []
+        for beam in body.beams:
+            data, angles = matrices(beam), chord_directions(beam)
+            unstressed, starts = unstressed_shape(beam, data), [self._own(point) for point in beam.points]
+            for k, ends in enumerate(pairwise(beam.nodes)):
+                c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
+                turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+                places = np.concatenate([self.place[name] + np.arange(3) for name in ends])
+                chord = float(data.lengths[k]) * chord_share(2.0 * unstressed[k, 2])
+                own_shape = places, turn, np.array(starts[k]), chord, unstressed[k, 1:]
+                self.elements.append(Element(*own_shape, beam, data, k))
 
     def _own(self, point: tuple[float, float]) -> tuple[float, float]:
         """A point in the axes of the first pin."""
@@ -181,19 +188,6 @@ class BeamModel:
             body.label, self.pins, stiffness, *self._samples(), *self._turns(), self._stress_stiffness, body.damping,
             self.origin, self.direction, *self._outline(), stresses, body.mass_damping,
         )  # fmt: skip
-
-    def _elements(self) -> Iterator[Element]:
-        """All elements."""
-        for beam in self.body.beams:
-            data, angles = matrices(beam), chord_directions(beam)
-            unstressed = unstressed_shape(beam, data)
-            starts = [self._own(point) for point in beam.points]
-            for k, ends in enumerate(pairwise(beam.nodes)):
-                c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
-                turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
-                places = np.concatenate([self.place[name] + np.arange(3) for name in ends])
-                chord = float(data.lengths[k]) * chord_share(2.0 * unstressed[k, 2])
-                yield Element(places, turn, np.array(starts[k]), chord, unstressed[k, 1:], beam, data, k)
 
     def _assembled(self, blocks: Iterable[Array]) -> Sparse:
         """Sum of element matrices (6, 6), each in the axes of its element."""
@@ -213,8 +207,7 @@ class BeamModel:
             of_axis = element.data.bending_mass[element.k] - element.data.rotary_mass[element.k]
             blocks.append(inverse.T @ of_axis @ inverse)
         corners = np.array([self._own(point) for point in self.body.corner_points])
-        ends = [self.place[name] for name in self.body.corners]
-        bosses = self.body._bosses
+        ends, bosses = [self.place[name] for name in self.body.corners], self.body._bosses
         for mass, point, place in zip(bosses.masses, corners, ends, strict=True):
             rows.append(self._spread(place + np.arange(3), np.eye(2, 3)))
             blocks.append(np.array([[mass]]))
@@ -261,8 +254,7 @@ class BeamModel:
             if rotary.any():
                 rows.append(self._spread(element.places, element.bending @ element.turn))
                 blocks.append(rotary)
-        inertia = dict.fromkeys(self.body.corners, self.body._bosses.inertia)
-        first = self.body.corners[0]
+        inertia, first = dict.fromkeys(self.body.corners, self.body._bosses.inertia), self.body.corners[0]
         inertia[first] = inertia[first] + float(getattr(self.body, "pivot_inertia", 0.0))
         for name, value in inertia.items():
             rows.append(self._spread(self.place[name] + np.arange(3), np.eye(3)[2:]))
@@ -305,8 +297,7 @@ def model_of(body: Reducible, pins: Sequence[str]) -> ElasticModel:
         moved = shape @ z
         stress = stress_at_quadrature(body.mesh, body.material, moved, body.state)
         turned = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
-        forces = (stiffness @ moved).reshape(-1, 2)
-        turns = np.zeros(shape.shape[1])
+        forces, turns = (stiffness @ moved).reshape(-1, 2), np.zeros(shape.shape[1])
         for k, interface in enumerate(kept):
             if interface.kind == RIGID:  # its nodes move by -theta^2/2 of their arms, and its forces do work on that
                 turns[3 * k + 2] = -float((forces[interface.nodes] * interface.arms(body.mesh)).sum())

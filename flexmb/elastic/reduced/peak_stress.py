@@ -158,21 +158,17 @@ def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
     metric, root = whole @ (shapes / scale), scale[:, None] * shapes.T
     found = groups_of(metric)
     whole = np.concatenate([found, np.repeat(found[-1:], -len(found) % LANES, axis=0)]).reshape(-1, LANES**2)
-    own = [_bounds(metric, stresses[:, :parts], nodes) for nodes in (whole, found)]
+    own = []
+    for sets in (whole, found):  # spreads by field and mean stresses of sets of nodes, in the order of the kernel
+        rows = -(-len(sets) // LANES)
+        both = np.zeros((rows * LANES, 1 + parts, n))
+        for k, nodes in enumerate(sets):
+            both[k, 0] = np.sqrt(((metric[nodes] - metric[nodes].mean(axis=0)) ** 2).sum(axis=1)).max(axis=0)
+            both[k, 1:] = stresses[nodes, :parts].mean(axis=0)
+        lanes = both.reshape(rows, LANES, 1 + parts, n)
+        own.append(_side_by_side(lanes[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), lanes[:, :, 1:]))
     own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
     return (float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
-
-
-def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.ndarray:
-    """Spreads by field and mean stresses of sets (m, k) of nodes, in the order of the kernel."""
-    parts, n = stresses.shape[1:]
-    rows = -(-len(sets) // LANES)
-    both = np.zeros((rows * LANES, 1 + parts, n))
-    for k, nodes in enumerate(sets):
-        both[k, 0] = np.sqrt(((metric[nodes] - metric[nodes].mean(axis=0)) ** 2).sum(axis=1)).max(axis=0)
-        both[k, 1:] = stresses[nodes].mean(axis=0)
-    both = both.reshape(rows, LANES, 1 + parts, n)
-    return _side_by_side(both[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), both[:, :, 1:])
 
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:

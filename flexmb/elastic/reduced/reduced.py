@@ -16,7 +16,7 @@ from flexmb import arguments, checks, planar
 from flexmb.elastic.planes.loads import NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
-from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
+from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis
 from flexmb.elastic.reduced.kernel import REDUCED
 from flexmb.elastic.reduced.models import Reducible, attachable, key_of, model_of, pins_of, place_of
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
@@ -64,12 +64,8 @@ BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
 GROUPS: Kept[tuple[float, ...]] = Kept()
 FRAMES = ("chord", "pin")
+PIN_NAMES = Rule(lambda label, name, value, *_: checks.sequence(label, name, value, "names of pins"))
 ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place
-
-
-def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:
-    """Names of pins as a tuple, or `InputError`."""
-    return checks.sequence(label, name, value, "names of pins")
 
 
 def ratios(label: str, name: str, value: Any, *_: str) -> float | tuple[float, ...]:
@@ -131,7 +127,7 @@ class Reduced(MeshBody):
     _: KW_ONLY
     name: str = field("its name; None: that of the body", default=None, kw_only=True)
     up_to: float | None = field("frequency up to which all of them are kept", "Hz", positive, default=None)
-    pins: Sequence[str] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
+    pins: Sequence[str] | None = field("nodes where parts may be attached", rule=PIN_NAMES, default=None)
     frame: str = field('"chord" or "pin", see above', rule=one_of(*FRAMES), default="chord")
     stiffening: bool = field("whether rotation, and forces of the pins, stiffen or soften bending", default=True)
     inertia_shapes: bool = field("whether the static shapes of the own inertia are kept", default=False)
@@ -255,8 +251,7 @@ class Reduced(MeshBody):
         InputError : pins that the body has not, loads of another shape.
         """
         if held is not None:
-            given = checks.sequence(self.label, "held", held, "names of pins")
-            held = [self.aliases.get(name, name) for name in given]
+            held = [self.aliases.get(name, name) for name in checks.sequence(self.label, "held", held, "names of pins")]
         forces: dict[str, Load] = {}
         for name, load in (loads or {}).items():
             forces[name] = load.on(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load
@@ -316,15 +311,10 @@ class Reduced(MeshBody):
     @property
     def moved_by(self) -> MeshShape:
         """Drawing record without a mesh: the nodes of the body, their poses in its axes, weights of its frame."""
-        found, pins = self.basis, len(self._pins)
-        weights = np.zeros((0, 2))
-        if not found.by_pin:
-            weights = np.zeros((len(found.nodes), 2))
-            weights[:pins] = frame_weights(found.nodes[:pins])
-        poses = tuple((node.x, node.y, node.theta) for node in found.nodes)
-        own: dict[str, Any] = {"nodes": tuple(node.name for node in found.nodes), "poses": poses}
-        numbers = tuple((x, y) for x, y in weights.tolist())
-        return MeshShape(self.name, "", points=(), cells=(), loops=(), **own, weights=numbers)
+        nodes, (poses, weights) = self.basis.nodes, self.element.frame_parameters()
+        own: dict[str, Any] = {"nodes": tuple(node.name for node in nodes), "poses": _nested(poses)}
+        own["weights"] = () if self.basis.by_pin else _nested(weights[:, :2])
+        return MeshShape(self.name, "", points=(), cells=(), loops=(), **own)
 
     @property
     def seeks_stress(self) -> bool:
@@ -360,10 +350,8 @@ class Reduced(MeshBody):
         return load_contributions(self, name, load, history)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates = self.coordinates
-        p = self.element.parameters(mechanism.gravity)
-        element = REDUCED.contribution(self.name, coordinates, p)
-        stresses = self.model.stresses
+        coordinates, p = self.coordinates, self.element.parameters(mechanism.gravity)
+        element, stresses = REDUCED.contribution(self.name, coordinates, p), self.model.stresses
         if stresses is None or not self.seeks_stress:
             return [element]
         groups = GROUPS.of((self._key, self._options), lambda: group_parameters(stresses(self.basis.shapes)))

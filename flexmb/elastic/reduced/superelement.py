@@ -295,8 +295,15 @@ def superelement(
     K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
     against = np.eye(len(K))  # motions against the first node, whose inertia forces are in balance
     against[:, :2] -= free[:, :2]
-    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * (against.T @ matrices["M"] @ against)
-    matrices |= {"K": K, "D": D}
+    D, given = np.zeros_like(K), np.atleast_1d(np.asarray(ratios, dtype=float))
+    if given.any():  # the vibrations of the free body have these damping ratios
+        squares, modes = (part[..., 3:] for part in la.eigh(K, matrices["M"]))
+        zeta = np.full(len(squares), given[0] if np.ndim(ratios) == 0 else 0.0)
+        if np.ndim(ratios):
+            zeta[: len(given)] = given[: len(squares)]
+        loads = matrices["M"] @ modes
+        D += (loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T
+    matrices |= {"K": K, "D": D + mass_damping * (against.T @ matrices["M"] @ against)}
     centrifugal, shortening = _stiffening(found, K, free) if stiffening else (np.zeros((n, n)), np.zeros((0, n, n)))
     pins, along = len(found.model.pins), _directions(found, shortening)
     return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, along)
@@ -315,20 +322,6 @@ def _without(free: Array, A: Array) -> Array:
     left = np.eye(len(A)) - Q @ Q.T
     clean: Array = left @ (0.5 * (A + A.T)) @ left
     return 0.5 * (clean + clean.T)
-
-
-def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Array:
-    """Damping matrix that gives the vibrations of the free body their damping ratios."""
-    given = np.atleast_1d(np.asarray(ratios, dtype=float))
-    if not given.any():
-        return np.zeros_like(K)
-    squares, shapes = la.eigh(K, M)
-    squares, shapes = squares[3:], shapes[:, 3:]
-    zeta = np.full(len(squares), given[0]) if np.ndim(ratios) == 0 else np.zeros(len(squares))
-    if np.ndim(ratios):
-        zeta[: len(given)] = given[: len(squares)]
-    loads = M @ shapes
-    return np.asarray((loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T)
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
@@ -416,8 +409,7 @@ def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
 def left_out(body: Reduced, force: Array) -> tuple[float, float]:
     """Strain energy [J] of forces (N,) [N] on the model with all pins held, and its part without the kept shapes."""
     found, m = body.basis, body.basis.model.count
-    kept = (found.shapes.T @ force)[m:]
-    whole = 0.5 * float(found.static(force) @ force)
+    kept, whole = (found.shapes.T @ force)[m:], 0.5 * float(found.static(force) @ force)
     return whole, whole - 0.5 * float(kept @ np.linalg.solve(body.element.matrices["K"][m:, m:], kept))
 
 

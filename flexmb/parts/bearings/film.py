@@ -43,28 +43,13 @@ def moments(eps, alpha, whole):
     if whole:
         return 2.0 * math.pi, 0.0, 0.0, math.pi, 0.0, math.pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     sin1, cos1, sin2, cos2, turn = ends_of_sector(eps, alpha)
-    both = 0.5 * (sin2 * cos2 - sin1 * cos1)
-    r = -1.0 / (1.0 - eps * eps)
+    both, r = 0.5 * (sin2 * cos2 - sin1 * cos1), -1.0 / (1.0 - eps * eps)
     return (
         turn, sin2 - sin1, cos1 - cos2, 0.5 * turn + both, 0.5 * (sin2 * sin2 - sin1 * sin1), 0.5 * turn - both,
         r * (sin2 - sin1), r * (sin2 * cos2 - sin1 * cos1), r * (sin2 * sin2 - sin1 * sin1),
         r * (sin2 * cos2 * cos2 - sin1 * cos1 * cos1), r * (sin2 * sin2 * cos2 - sin1 * sin1 * cos1),
         r * (sin2 * sin2 * sin2 - sin1 * sin1 * sin1),
     )  # fmt: skip
-
-
-@compiled
-def end_terms(eps, alpha, whole):
-    """(2 + eps cos)/H^2 at both ends times sin cos, cos^2, sin cos, differences, and their derivatives by eps."""
-    # These are what an integration by parts leaves. Sine and cosine change their signs from one end to the other, so
-    # their products are the same.
-    if whole:
-        return 0.0, 0.0, 0.0, 0.0
-    x, y = math.cos(alpha), math.sin(alpha)
-    near, far = 1.0 + eps * x, 1.0 - eps * x
-    f = (2.0 - eps * x) / (far * far) - (2.0 + eps * x) / (near * near)
-    f_e = x * (3.0 - eps * x) / (far * far * far) + x * (3.0 + eps * x) / (near * near * near)
-    return f * x * y, f * x * x, f_e * x * y, f_e * x * x
 
 
 @compiled
@@ -75,8 +60,7 @@ def film_force(kind, extent, eps, a, b):
     if kind == LONG:
         k = 2.0 / (2.0 + eps * eps)
         k_e = -eps * k * k
-    whole = extent == WHOLE
-    alpha = math.atan2(a if extent == POSITIVE else 0.0, k * b)
+    whole, alpha = extent == WHOLE, math.atan2(a if extent == POSITIVE else 0.0, k * b)
     # Integrals of cos^2, sin cos, sin^2 over H^3, and their derivatives by eps
     I, Ic, Is, Icc, Isc, Iss, J, Jc, Js, Jcc, Jsc, Jss = moments(eps, alpha, whole)
     s2 = 1.0 - eps * eps
@@ -90,7 +74,16 @@ def film_force(kind, extent, eps, a, b):
         m, n, n_e = 2.0 + eps * eps, 3.0 * eps, 3.0
         plain = f5 * ((1.0 + eps * eps) * Ic - eps * (Icc + I))  # of cos over H^3
         plain_e = 5.0 * r * plain + f5 * ((1.0 + eps * eps) * Jc - eps * (Jcc + J) + 2.0 * eps * Ic - Icc - I)
-        e_xy, e_xx, e_xy_e, e_xx_e = end_terms(eps, alpha, whole)
+        # What an integration by parts leaves: (2 + eps cos)/H^2 at both ends times sin cos, cos^2, differences, and
+        # their derivatives by eps. Sine and cosine change their signs from one end to the other, so their products are
+        # the same.
+        e_xy, e_xx, e_xy_e, e_xx_e = 0.0, 0.0, 0.0, 0.0
+        if not whole:
+            x, y = math.cos(alpha), math.sin(alpha)
+            near, far = 1.0 + eps * x, 1.0 - eps * x
+            f = (2.0 - eps * x) / (far * far) - (2.0 + eps * x) / (near * near)
+            f_e = x * (3.0 - eps * x) / (far * far * far) + x * (3.0 + eps * x) / (near * near * near)
+            e_xy, e_xx, e_xy_e, e_xx_e = f * x * y, f * x * x, f_e * x * y, f_e * x * x
         ends = -e_xy_e + 2.0 * eps * cc + m * cc_e + n_e * plain + n * plain_e
         cc, sc, ss = 6.0 * (e_xy + 2.0 * ss), 6.0 * (-e_xx - 2.0 * sc), 6.0 * (-e_xy + m * cc + n * plain)
         cc_e, sc_e, ss_e = 6.0 * (e_xy_e + 2.0 * ss_e), -6.0 * (e_xx_e + 2.0 * sc_e), 6.0 * ends
@@ -210,34 +203,26 @@ def solve_film(
     z = ratio * np.sin(slant)
     dz = np.diff(np.concatenate([[0.0], 0.5 * (z[1:] + z[:-1])]))  # widths of the cells about the layers
     resistance = ((1.0 + 0.5 * eps**2) * g - 2.0 * eps * np.sin(g) + 0.25 * eps**2 * np.sin(2.0 * g)) / s**5
-    around = 1.0 / np.diff(resistance[::2])
-    faces = a * sin[1::2] + b * cos[1::2]
+    around, faces = 1.0 / np.diff(resistance[::2]), a * sin[1::2] + b * cos[1::2]
     cubed = s**7 * (q[1:-2:2] ** -4 + 4.0 * q[2:-1:2] ** -4 + q[3::2] ** -4) * turn / (6.0 * cells)  # Simpson
     f = -12.0 * np.outer(np.diff(faces), dz)
-    bands = _bands(around, cubed, dz, np.diff(z))
-    if film is None and cells >= 2 * COARSEST:  # that of half of the cells, whose borders move one cell in an iteration
-        half = solve_film(eps, a, b, ratio, from_widest=from_widest, pad=pad, cells=cells // 2, layers=layers)
-        film = half.pressure[np.minimum(np.arange(1, cells) // 2, len(half.pressure)) - 1] > 0.0
-    P = _non_negative(bands, f.ravel(), (f > 0.0 if film is None else film).ravel()).reshape(f.shape)
-    weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
-    weights[0] *= 0.5
-    mean = P @ weights * (s / q[2:-1:2] * turn / cells)
-    side = float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
-    return FilmResult(
-        float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P, np.arctan2(sin, cos)[2:-1:2]
-    )
-
-
-def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-    """Upper bands of the symmetric matrix of the pressures, node by node around and layer by layer."""
-    m, n = len(cubed), len(dz)
+    # Upper bands of the symmetric matrix of the pressures, node by node around and layer by layer
+    m, n, along = len(cubed), len(dz), cubed[:, None] / np.diff(z)
     bands = np.zeros((n + 1, m, n))
-    along = cubed[:, None] / gaps
     bands[n] = np.outer(around[1:] + around[:-1], dz) + along
     bands[n, :, 1:] += along[:, :-1]
     bands[n - 1, :, 1:] = -along[:, :-1]
     bands[0, 1:] = -np.outer(around[1:-1], dz)
-    return np.asarray(bands.reshape(n + 1, m * n))
+    if film is None and cells >= 2 * COARSEST:  # that of half of the cells, whose borders move one cell in an iteration
+        half = solve_film(eps, a, b, ratio, from_widest=from_widest, pad=pad, cells=cells // 2, layers=layers)
+        film = half.pressure[np.minimum(np.arange(1, cells) // 2, len(half.pressure)) - 1] > 0.0
+    P = _non_negative(bands.reshape(n + 1, -1), f.ravel(), (f > 0.0 if film is None else film).ravel()).reshape(f.shape)
+    weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
+    weights[0] *= 0.5
+    mean, side = P @ weights * (s / q[2:-1:2] * turn / cells), float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
+    return FilmResult(
+        float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P, np.arctan2(sin, cos)[2:-1:2]
+    )
 
 
 def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndarray:

@@ -48,8 +48,7 @@ class Film(Input, Shown, ABC):
     def numbers(self, radius: float, clearance: float) -> dict[int, float]:
         """Parameters of a film in a bearing of this `radius` and `clearance` [m], by their places."""
         drag = 2.0 * math.pi * self.viscosity * radius**3 * self.width / clearance
-        own = {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag}
-        return own | self.scales(radius, clearance)
+        return {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag} | self.scales(radius, clearance)
 
     @abstractmethod
     def pressures(
@@ -193,8 +192,8 @@ class FiniteBearing(Film):
         super().__post_init__()
         if self.grooves and self.supply != WIDEST:
             raise InputError('FiniteBearing: the oil comes from grooves or from "everywhere"; leave one of them out.')
-        ends = self.turned
-        narrow = min((second - first for first, second in pairwise(ends)), default=math.inf) - self.groove_width
+        apart = (second - first for first, second in pairwise(self.turned))
+        narrow = min(apart, default=math.inf) - self.groove_width
         if narrow < NARROWEST:
             text = f"FiniteBearing: grooves leave {narrow:.3g} rad of film between them;"
             raise InputError(f"{text} give directions that leave {NARROWEST:.3g} rad, or a smaller groove_width.")
@@ -248,10 +247,9 @@ class Oiled(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        rough, clearance = self.roughness, self.clearance
-        if rough >= 0.5 * clearance:
-            text = f"{self.label}: roughness is {rough:g} m; it must be smaller than half of the clearance"
-            raise InputError(f"{text} {clearance:g} m. Ground steel has 1e-7 to 1e-6 m.")
+        if self.roughness >= 0.5 * self.clearance:
+            text = f"{self.label}: roughness is {self.roughness:g} m; it must be smaller than half of the clearance"
+            raise InputError(f"{text} {self.clearance:g} m. Ground steel has 1e-7 to 1e-6 m.")
 
     @property
     def play(self) -> float:

@@ -70,8 +70,7 @@ def pressed(p, y, tau, U, rate, turning):
         H, H_h = thickness(p[GAP] - side * (y + s * tau), p[HEIGHT])
         inverse = 1.0 / (H * H * H)
         now = g * inverse
-        largest = max(largest, abs(now))
-        slope = 3.0 * side * now * H_h / H * weight
+        largest, slope = max(largest, abs(now)), 3.0 * side * now * H_h / H * weight
         now, inverse = now * weight, inverse * weight
         f, fs = f + now, fs + now * s
         fy, fys, fyss = fy + slope, fys + slope * s, fyss + slope * s * s

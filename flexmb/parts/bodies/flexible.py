@@ -15,7 +15,7 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.elastic.beams import corotational, stress
 from flexmb.elastic.beams.mass_damping import damping_element
-from flexmb.elastic.beams.section import Section, checked_factor
+from flexmb.elastic.beams.section import Section
 from flexmb.elastic.beams.stress import outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
@@ -123,53 +123,42 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
     points = np.array(corners)
     places = [*points, points.mean(axis=0)] if len(corners) > 2 else list(points)
     centre = np.array(wanted.centre)
-    radius = max(float(np.abs(points - centre).max()), 1e-12)
-    mass = wanted.mass - beam.mass
+    radius, mass = max(float(np.abs(points - centre).max()), 1e-12), wanted.mass - beam.mass
     if mass < -1e-9 * wanted.mass:
         text = f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg."
         raise InputError(f"{text} Give a larger mass, a smaller section or density, or leave mass out.")
-    moment = wanted.mass * centre - beam.mass * np.array(beam.centre)
-    shift = np.array(beam.centre) - centre
+    moment, shift = wanted.mass * centre - beam.mass * np.array(beam.centre), np.array(beam.centre) - centre
     inertia = wanted.inertia - beam.inertia - beam.mass * float(shift @ shift)
     columns = [[1.0, *((p - centre) / radius), float((p - centre) @ (p - centre)) / radius**2] for p in places]
     columns.append([0.0, 0.0, 0.0, 1.0])  # the common moment of inertia, in units of mass radius^2
     A, b = np.array(columns).T, np.array([mass, *((moment - mass * centre) / radius), inertia / radius**2])
     x = _least_norm_not_negative(A, b, wanted.mass)
     if x is None:
-        raise InputError(
-            f"{label}: mass {wanted.mass:g} kg, inertia {wanted.inertia:g} kg m^2 with the centre of mass at "
-            f"({wanted.centre[0]:.4g}, {wanted.centre[1]:.4g}) m cannot be reached by bosses at the corners: "
-            f"they have {mass:.4g} kg and {inertia:.4g} kg m^2 to add. "
-            f"{_advice(mass, inertia, places, centre)}"
-        )
+        reach = [float((p - centre) @ (p - centre)) for p in places]
+        low, high = mass * min(reach), mass * max(reach)
+        advice = "Check the centre of mass: it must lie between the places where mass can be added."
+        if inertia < low:
+            advice = f"Masses there add at least {low:.4g} kg m^2: give a larger inertia or a lighter beam."
+        elif inertia > high:
+            advice = f"Masses there add about {high:.4g} kg m^2: check the inertia and the centre of mass."
+        text = f"{label}: mass {wanted.mass:g} kg, inertia {wanted.inertia:g} kg m^2 with the centre of mass at "
+        text += f"({wanted.centre[0]:.4g}, {wanted.centre[1]:.4g}) m cannot be reached by bosses at the corners: "
+        raise InputError(f"{text}they have {mass:.4g} kg and {inertia:.4g} kg m^2 to add. {advice}")
     n = len(corners)
     return Bosses(tuple(float(v) for v in x[:n]), float(x[-1]) * radius**2 / n, float(x[n]) if n > 2 else 0.0)
 
 
 def _least_norm_not_negative(A: np.ndarray, b: np.ndarray, scale: float) -> np.ndarray | None:
     """The x >= 0 of least norm with A x = b, or None."""
-    small = 1e-7
-    n = A.shape[1]
+    small, n = 1e-7, A.shape[1]
     rough, _ = scipy.optimize.nnls(np.vstack([A, small * np.eye(n)]), np.concatenate([b, np.zeros(n)]))
-    active = rough > 1e-6 * scale
-    x = np.zeros(n)
+    active, x = rough > 1e-6 * scale, np.zeros(n)
     x[active] = np.linalg.lstsq(A[:, active], b, rcond=None)[0]
     good = np.abs(A @ x - b).max() <= 1e-9 * scale and x.min() >= 0.0
     if not good:
         x, _ = scipy.optimize.nnls(A, b)
         good = np.abs(A @ x - b).max() <= 1e-9 * scale
     return x if good else None
-
-
-def _advice(mass: float, inertia: float, places: list[np.ndarray], centre: np.ndarray) -> str:
-    """Advice for values that bosses cannot give."""
-    reach = [float((p - centre) @ (p - centre)) for p in places]
-    low, high = mass * min(reach), mass * max(reach)
-    if inertia < low:
-        return f"Masses there add at least {low:.4g} kg m^2: give a larger inertia or a lighter beam."
-    if inertia > high:
-        return f"Masses there add about {high:.4g} kg m^2: check the inertia and the centre of mass."
-    return "Check the centre of mass: it must lie between the places where mass can be added."
 
 
 # Beams of flexible bodies: nodes, matrices, contributions to the equations of motion, shapes, deflection
@@ -200,8 +189,7 @@ class Beam:
     @property
     def places(self) -> list[float]:
         """Fractions of the length at the nodes."""
-        last = self.stations[-1]
-        return [station / last for station in self.stations]
+        return [station / self.stations[-1] for station in self.stations]
 
     @property
     def points(self) -> list[Point]:
@@ -211,8 +199,7 @@ class Beam:
     @property
     def middles(self) -> list[Point]:
         """Points of the middles of the elements in the reference configuration [m]."""
-        middles = [0.5 * (a + b) for a, b in pairwise(self.places)]
-        return corotational.points(self.start, self.end, self.turn, middles)
+        return corotational.points(self.start, self.end, self.turn, [0.5 * (a + b) for a, b in pairwise(self.places)])
 
 
 def checked_elements(label: str, elements: object) -> Elements:
@@ -225,33 +212,10 @@ def checked_elements(label: str, elements: object) -> Elements:
     return checks.count(label, "elements", elements)
 
 
-def rotary_inertia_of(label: str, value: object, shear: float | None) -> float | None:
-    """Rotary inertia of a `Beam`: 0 for False, None (rho I) for True and for None with shear, or a number [kg m]."""
-    if value is None:
-        value = shear != 0.0
-    if isinstance(value, bool):
-        return None if value else 0.0
-    return checks.not_negative(label, "rotary_inertia", value, "kg m")
-
-
-def shear_of(label: str, value: object, sections: Iterable[Section], poisson: float) -> float | None:
-    """Shear of a `Beam`: 0 for False, None for True where the sections know their shear factors, or a number."""
-    if not isinstance(value, bool):
-        return checked_factor(label, "shear", value)
-    for section in sections if value else ():
-        try:
-            section.shear_factor_at(0.5, poisson)
-        except InputError as error:
-            raise InputError(f"{label}: shear is True, and {error}") from None
-    return None if value else 0.0
-
-
 @lru_cache(maxsize=64)
 def fractions(elements: Elements) -> tuple[float, ...]:
     """Positions of all nodes as fractions of the length."""
-    if isinstance(elements, int):
-        return tuple(i / elements for i in range(elements + 1))
-    return (0.0, *elements, 1.0)
+    return tuple(i / elements for i in range(elements + 1)) if isinstance(elements, int) else (0.0, *elements, 1.0)
 
 
 REMEMBERED = 4096  # number of beams whose matrices are kept besides those of the present call
@@ -305,8 +269,7 @@ def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
         return np.array(data.straight)
     half = 0.5 * beam.turn * data.lengths / data.lengths.sum()
     chords = data.lengths * np.sinc(half / math.pi)
-    free = chords + data.lengths / 30.0 * half * half * data.bow.sum(axis=1)
-    return np.stack([free, -half, half], axis=1)
+    return np.stack([chords + data.lengths / 30.0 * half * half * data.bow.sum(axis=1), -half, half], axis=1)
 
 
 def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:
@@ -336,8 +299,7 @@ def mass_damping_pieces(
     # node; each is counted with the first element that ends there.
     if zeta == 0.0:
         return []
-    left = dict(lumps)
-    frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
+    left, frame = dict(lumps), tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
     contributions: list[Contribution] = []
     for beam in beams:
         data, directions = matrices(beam), chord_directions(beam)
@@ -354,8 +316,7 @@ def mass_damping_pieces(
 
 def chord_directions(beam: Beam) -> list[float]:
     """Directions of the chords of the elements in the reference configuration [rad]."""
-    middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
-    return corotational.tangents(beam.start, beam.end, beam.turn, middles)
+    return corotational.tangents(beam.start, beam.end, beam.turn, [0.5 * (a + b) for a, b in pairwise(beam.places)])
 
 
 def beam_strains(beam: Beam, nodes: Mapping[str, Node], poses: Sequence[Array]) -> Array:
@@ -402,13 +363,11 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
             centre = planar.from_frame(start, angle, (along, aside))
             parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
         return parts
-    angle = planar.direction(beam.start, beam.end)
-    parts = []
+    angle, parts = planar.direction(beam.start, beam.end), []
     for k, length in enumerate(data.lengths):
         ma, mb = data.axial_mass[k], data.bending_mass[k]
         mass = float(ma.sum())
-        arm = float(ma[:, 1].sum()) * length / mass
-        turn = np.array([0.0, 1.0, length, 1.0])
+        arm, turn = float(ma[:, 1].sum()) * length / mass, np.array([0.0, 1.0, length, 1.0])
         inertia = float(turn @ mb @ turn) - mass * arm**2
         parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
     return parts
@@ -416,13 +375,10 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
 
 def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Point) -> list[Contribution]:
     """Contributions of the bosses at the corners and of the mass at their mean."""
-    contributions: list[Contribution] = []
-    for node, mass in zip(corners, bosses.masses, strict=True):
-        if mass or bosses.inertia:
-            contributions.append(node_mass(part, node, mass, bosses.inertia, gravity))
-    if bosses.mean_mass:
-        contributions.append(mean_mass(part, tuple(corners), bosses.mean_mass, gravity))
-    return contributions
+    pairs, found = zip(corners, bosses.masses, strict=True), list[Contribution]()
+    found += [node_mass(part, node, mass, bosses.inertia, gravity) for node, mass in pairs if mass or bosses.inertia]
+    found += [mean_mass(part, tuple(corners), bosses.mean_mass, gravity)] if bosses.mean_mass else []
+    return found
 
 
 def nearest_node(

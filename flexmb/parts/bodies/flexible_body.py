@@ -12,7 +12,7 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.elastic.beams.corotational import chord_share
-from flexmb.elastic.beams.section import Section
+from flexmb.elastic.beams.section import Section, checked_factor
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, positive, record
 from flexmb.findings.finding import Finding, found
@@ -118,15 +118,12 @@ class FlexibleBody(ElasticBody):
     def properties(self) -> flexible.RigidProperties:
         """Mass, centre of mass and moment of inertia as a rigid body in the reference configuration."""
         bosses = self._bosses
-        ends = zip(bosses.masses, self.corner_points, strict=True)
-        corners = [(mass, point, bosses.inertia) for mass, point in ends]
+        corners = [(mass, point, bosses.inertia) for mass, point in zip(bosses.masses, self.corner_points, strict=True)]
         return flexible.RigidProperties.of([*self._mass_parts(), *corners, self._further_mass()])
 
     @property
     def seeks_stress(self) -> bool:
-        if self.stress is None:
-            return self.material.yield_stress is not None and self.knows_stress
-        return self.stress
+        return (self.material.yield_stress is not None and self.knows_stress) if self.stress is None else self.stress
 
     @property
     def knows_stress(self) -> bool:
@@ -220,9 +217,19 @@ class FlexibleBody(ElasticBody):
 
     @cached_property
     def _options(self) -> tuple[float | None, float | None]:
-        """Rotary inertia and shear of a `Beam`."""
-        shear = flexible.shear_of(self.label, self.shear, self._sections, self.material.poisson)
-        return flexible.rotary_inertia_of(self.label, self.rotary_inertia, shear), shear
+        """Rotary inertia [kg m] (None: rho I) and shear of a `Beam` (None: that of its sections, if they know it)."""
+        shear: float | None = None if self.shear is True else 0.0
+        if not isinstance(self.shear, bool):
+            shear = checked_factor(self.label, "shear", self.shear)
+        for section in self._sections if shear is None else ():
+            try:
+                section.shear_factor_at(0.5, self.material.poisson)
+            except InputError as error:
+                raise InputError(f"{self.label}: shear is True, and {error}") from None
+        rotary = shear != 0.0 if self.rotary_inertia is None else self.rotary_inertia
+        if isinstance(rotary, bool):
+            return None if rotary else 0.0, shear
+        return checks.not_negative(self.label, "rotary_inertia", rotary, "kg m"), shear
 
     def _beam(
         self, names: Sequence[str], ends: tuple[Point, Point], places: Sequence[float], section: Section, turn: float

@@ -201,8 +201,7 @@ class FlexibleFrame(FlexibleBody, Edges):
             own = {mesh.tag_of(nodes)}, mesh.stations(nodes)
             beams.append(beam_of_mesh(f"FlexibleFrame {name!r}", path, *own, sections))
         elements, chosen = zip(*beams, strict=True)
-        places = (mesh.points[n].tolist() for n in corners)
-        points = tuple(planar.from_frame(at, angle, (x, y)) for x, y, *_ in places)
+        points = tuple(planar.from_frame(at, angle, (x, y)) for x, y, *_ in (mesh.points[n].tolist() for n in corners))
         return cls(
             name, points, tuple(edges), section=chosen, material=material, elements=elements, mass=mass,
             inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,
@@ -244,8 +243,7 @@ class FlexibleFrame(FlexibleBody, Edges):
         return self._bosses.mean_mass, (float(mean[0]), float(mean[1])), 0.0
 
     def _fit(self, own: RigidProperties, mass: float) -> flexible.Bosses:
-        inertia = own.inertia if self.inertia is None else self.inertia
-        wanted = RigidProperties(mass, self.centre or own.centre, inertia)
+        wanted = RigidProperties(mass, self.centre or own.centre, own.inertia if self.inertia is None else self.inertia)
         return flexible.fit_bosses(self.label, own, wanted, list(self.points))
 
 
@@ -330,8 +328,7 @@ class FlexibleLink(FlexibleBody, Bar):
         from flexmb.elastic.beams.mesh import chain, read_lines  # noqa: PLC0415 - meshio is needed only here
 
         mesh = read_lines(path)
-        station = mesh.stations(chain(mesh))
-        length = planar.distance(start, end)
+        station, length = mesh.stations(chain(mesh)), planar.distance(start, end)
         if abs(station[-1] - length) > 1e-6 * length:
             text = f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart."
             raise InputError(f"{text} Move the ends, or take the mesh of the right link.")

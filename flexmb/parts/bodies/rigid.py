@@ -175,8 +175,7 @@ NO_MOMENT = 1e-9  # moment on a particle over the largest force [m], or change b
 @kernels.constraint_kernel
 def held_rotation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """theta = 0."""
-    g[0] = q[0]
-    G[0, 0] = 1.0
+    g[0], G[0, 0] = q[0], 1.0
 
 
 @record

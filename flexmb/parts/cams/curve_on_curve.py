@@ -241,8 +241,7 @@ pair_of = roller_pair
 def equation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Distance of a circle, or of another second curve, from a closed curve = 0."""
     _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair_of(p, q)
-    g[0] = distance
-    J = row(nx, ny, r1x, r1y, r2x, r2y)
+    g[0], J = distance, row(nx, ny, r1x, r1y, r2x, r2y)
     total = 0.0
     for j in range(6):
         G[0, j] = J[j]
@@ -341,8 +340,7 @@ def curve_numbers(curve: ClosedCurve, node: Node) -> tuple[float, ...]:
         end = min(n, first + each)
         starts = spans[first:end, :, 0]
         centre = starts[len(starts) // 2]
-        radius = float(np.hypot(*(starts - centre).T).max())
-        boxes += [*map(float, centre), radius, float(first), float(end)]
+        boxes += [*map(float, centre), float(np.hypot(*(starts - centre).T).max()), float(first), float(end)]
     return (float(n), float(-(-n // each)), *boxes, *spans.ravel().tolist())
 
 
@@ -353,8 +351,7 @@ def distance(curve: ClosedCurve, other: ClosedCurve | CircularCurve | Line) -> t
         side, u = side_of(curve, other), along(other)
         far = side * ((other.start[0] - points[:, 0]) * u[1] - (other.start[1] - points[:, 1]) * u[0])
         k = int(np.argmin(far))
-        place = (points[k, 0] - other.start[0]) * u[0] + (points[k, 1] - other.start[1]) * u[1]
-        return float(far[k]), float(place)
+        return float(far[k]), float((points[k, 0] - other.start[0]) * u[0] + (points[k, 1] - other.start[1]) * u[1])
     if isinstance(other, CircularCurve):
         return signed_distance(points, other.centre) - other.radius, 0.0
     return min(signed_distance(points, p) for p in sampled(other.array, 1)), 0.0

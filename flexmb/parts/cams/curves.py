@@ -256,8 +256,7 @@ def spline(points: np.ndarray) -> np.ndarray:
     closed = np.vstack([points, points[:1]])
     steps = np.hypot(*np.diff(closed, axis=0).T)
     at = np.concatenate([[0.0], np.cumsum(steps)])
-    found = make_interp_spline(at, closed, k=5, bc_type="periodic")
-    spans = np.zeros((len(points), 2, 8))
+    found, spans = make_interp_spline(at, closed, k=5, bc_type="periodic"), np.zeros((len(points), 2, 8))
     for order in range(6):
         values = found(at[:-1], nu=order) if order else points
         spans[:, :, order] = values * (steps**order / math.factorial(order))[:, None]
@@ -297,8 +296,7 @@ def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
 
 def _until_crossing(a: np.ndarray, d: np.ndarray, b: np.ndarray, e: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shares s, t (n, m) of sides d (n, 2) from a and e (m, 2) from b up to where both cross; inf or nan: parallel."""
-    between = b[None, :, :] - a[:, None, :]
-    det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
+    between, det = b[None, :, :] - a[:, None, :], d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         s = (between[..., 0] * e[None, :, 1] - between[..., 1] * e[None, :, 0]) / det
         return s, (between[..., 0] * d[:, None, 1] - between[..., 1] * d[:, None, 0]) / det
@@ -349,9 +347,7 @@ def horner(p, k, u):
     """Polynomial of degree 7 with the coefficients p[k], ..., p[k + C7], and its two derivatives."""
     value, slope, half_bend = p[k + C7], 0.0, 0.0
     for i in range(C6, -1, -1):
-        half_bend = half_bend * u + slope
-        slope = slope * u + value
-        value = value * u + p[k + i]
+        half_bend, slope, value = half_bend * u + slope, slope * u + value, value * u + p[k + i]
     return value, slope, 2.0 * half_bend
 
 

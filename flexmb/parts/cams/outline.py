@@ -31,8 +31,7 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
         # Points where both arcs of each pair meet, for tangents of equal length d at both ends
         chord = ends - points
         along = np.sum(chord * (tangents + end_tangents), axis=1)
-        bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
-        square = np.sum(chord * chord, axis=1)
+        bend, square = 1.0 - np.sum(tangents * end_tangents, axis=1), np.sum(chord * chord, axis=1)
         d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
         joints = np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
         first, second = _bulges(tangents, joints - points), -_bulges(-end_tangents, joints - ends)
@@ -56,8 +55,7 @@ def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: 
     middle, left = 0.5 * (starts + ends), np.column_stack([-chord[:, 1], chord[:, 0]])
     # |p - centre| - radius without dividing by a bulge that may be 0: (power of p) / (|p - centre| + radius)
     to = points - middle[:, None, :]
-    along = np.sum(to * left[:, None, :], axis=2)
-    square = np.sum(chord * chord, axis=1)[:, None]
+    along, square = np.sum(to * left[:, None, :], axis=2), np.sum(chord * chord, axis=1)[:, None]
     power = 4.0 * b * (np.sum(to * to, axis=2) - 0.25 * square) - 2.0 * (1.0 - b * b) * along
     centre = 4.0 * b[:, :, None] * to - (1.0 - b * b)[:, :, None] * left[:, None, :]
     return np.asarray(np.abs(power) / (np.hypot(*centre.transpose(2, 0, 1)) + np.sqrt(square) * (1.0 + b * b)))
@@ -240,10 +238,8 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
         # a point at the fraction u of the angle, by the sines of both parts
         half = 2.0 * math.atan(b)
         count = math.ceil(ARC_POINTS * abs(half) / (0.25 * math.pi) - SMOOTH)
-        u = np.arange(count) / count
-        chord = end - start
-        far = np.sin(half * u) / math.sin(half)
-        turn = -half * (1.0 - u)
+        u, chord = np.arange(count) / count, end - start
+        far, turn = np.sin(half * u) / math.sin(half), -half * (1.0 - u)
         along, across = far * np.cos(turn), far * np.sin(turn)
         found.append(start + np.outer(along, chord) + np.outer(across, np.array([-chord[1], chord[0]])))
     return np.concatenate(found)
@@ -265,31 +261,26 @@ class RoundArc:
 
 def rounds(outline: Outline) -> list[list[RoundArc]]:
     """Rounds along an outline; one whose pieces are all convex arcs is a single round."""
-    pieces = _pieces(outline)
+    # Arcs and corners along the outline; True in place of straight pieces, False of hollow arcs and corners
+    n, hollow, pieces = len(outline.points), set(outline.hollow_corners()), list[RoundArc | bool]()
+    for k in range(n):
+        before, (start, end) = outline.directions(k - 1 if k else n - 1)[1], outline.directions(k)
+        if k in hollow:
+            pieces.append(False)
+        elif outline.bend(k) > SMOOTH:
+            pieces.append(RoundArc(outline.points[k], 0.0, _normal(before), _normal(start), POINTED))
+        if (radius := outline.radius(k)) > 0.0:
+            pieces.append(RoundArc(outline.centre(k), radius, _normal(start), _normal(end), ROUNDED))
+        else:
+            pieces.append(radius == 0.0)
     breaks = [k for k, piece in enumerate(pieces) if not isinstance(piece, RoundArc)]
     if not breaks:
         return [[piece for piece in pieces if isinstance(piece, RoundArc)]]
     found = []
-    for before, after in zip(breaks, [*breaks[1:], breaks[0] + len(pieces)], strict=True):
-        own = [piece for k in range(before + 1, after) if isinstance(piece := pieces[k % len(pieces)], RoundArc)]
+    for first, last in zip(breaks, [*breaks[1:], breaks[0] + len(pieces)], strict=True):
+        own = [piece for k in range(first + 1, last) if isinstance(piece := pieces[k % len(pieces)], RoundArc)]
         if own:
-            found.append([*_end(own[0], pieces[before], start=True), *own, *_end(own[-1], pieces[after % len(pieces)])])
-    return found
-
-
-def _pieces(outline: Outline) -> list[RoundArc | bool]:
-    """Arcs and corners along an outline; True in place of straight pieces, False of hollow arcs and corners."""
-    n, hollow, found = len(outline.points), set(outline.hollow_corners()), list[RoundArc | bool]()
-    for k in range(n):
-        before, (start, end) = outline.directions(k - 1 if k else n - 1)[1], outline.directions(k)
-        if k in hollow:
-            found.append(False)
-        elif outline.bend(k) > SMOOTH:
-            found.append(RoundArc(outline.points[k], 0.0, _normal(before), _normal(start), POINTED))
-        if (radius := outline.radius(k)) > 0.0:
-            found.append(RoundArc(outline.centre(k), radius, _normal(start), _normal(end), ROUNDED))
-        else:
-            found.append(radius == 0.0)
+            found.append([*_end(own[0], pieces[first], start=True), *own, *_end(own[-1], pieces[last % len(pieces)])])
     return found
 
 

@@ -94,32 +94,26 @@ def start_normal(p, k):
 
 
 @compiled
-def nearest_place(p, first, count, X, Y):
-    """Nearest piece or end of a piece: its place in p, whether it is an end of it, and whether the last one."""
-    # To round-off an end is as near as feet beside it: it counts beyond both pieces, without a corner as their place.
-    best, found, is_end, at_end = math.inf, first, True, False
+def outline_place(p, first, count, X, Y):
+    """Nearest point, outward normal, signed distance and curvature b/a of some pieces for a point (X, Y)."""
+    # k is the nearest piece, or that of the nearest end. To round-off an end is as near as feet beside it: it counts
+    # beyond both pieces, without a corner as their place.
+    best, k, is_end, at_end = math.inf, first, True, False
     last = first + PIECE_SIZE * (count - 1)
     before = foot_on_piece(p, last, X, Y)
     for i in range(count):
-        k = first + PIECE_SIZE * i
-        square = foot_on_piece(p, k, X, Y)
+        now = first + PIECE_SIZE * i
+        square = foot_on_piece(p, now, X, Y)
         if square < best:
-            best, found, is_end = square, k, False
-        joined = p[last + X1] == p[k + X0] and p[last + Y1] == p[k + Y0]
-        start, end = (X - p[k + X0]) ** 2 + (Y - p[k + Y0]) ** 2, (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
+            best, k, is_end = square, now, False
+        joined = p[last + X1] == p[now + X0] and p[last + Y1] == p[now + Y0]
+        start, end = (X - p[now + X0]) ** 2 + (Y - p[now + Y0]) ** 2, (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
         if start < best and square == math.inf and not (joined and before < math.inf):
-            _, _, sine = start_normal(p, k)
-            best, found, is_end, at_end = start, k, not joined or abs(sine) > 0.5 * SMOOTH, False
+            _, _, sine = start_normal(p, now)
+            best, k, is_end, at_end = start, now, not joined or abs(sine) > 0.5 * SMOOTH, False
         if end < best and before == math.inf and not joined:
-            best, found, is_end, at_end = end, last, True, True
-        last, before = k, square
-    return found, is_end, at_end
-
-
-@compiled
-def outline_place(p, first, count, X, Y):
-    """Nearest point, outward normal, signed distance and curvature b/a of some pieces for a point (X, Y)."""
-    k, is_end, at_end = nearest_place(p, first, count, X, Y)
+            best, k, is_end, at_end = end, last, True, True
+        last, before = now, square
     if not is_end:
         return inner_place(p, k, X, Y)
     x, y, mx, my = p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY]
@@ -380,8 +374,7 @@ class OutlineContact(Part):
 
 def check_names(part: Any, contacts: Iterable[str]) -> None:
     """Check the user's names of contacts (`part.names`): each for one of `contacts`, and no name twice."""
-    given = checks.mapping(part.label, "names", part.names)
-    known = list(contacts)
+    given, known = checks.mapping(part.label, "names", part.names), list(contacts)
     for contact, name in given.items():
         if contact not in known:
             text = f"{part.label}: names has {contact!r}, which is no contact of it."
@@ -519,12 +512,15 @@ class OutlineOnOutline(Part):
         """One contact of each round with each chain."""
         nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
         owner_is_first = _is_round(self.first_outline) and not _is_round(self.second_outline)
-        size = min(self.first_outline.size, self.second_outline.size)
-        found = []
+        size, found = min(self.first_outline.size, self.second_outline.size), []
         for label, is_first, arcs, chains in self._contacts():
             own, seen = nodes if is_first else (nodes[1], nodes[0])
             outline = self.second_outline if is_first else self.first_outline
-            turning = [number for arc in arcs for number in _arc_numbers(arc, own)]
+            turning: list[float] = []  # numbers of the arcs in the frame of their node, as the kernels above read them
+            for arc in arcs:
+                begin, end = arc.begin - own.theta, arc.end - own.theta
+                normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
+                turning += [*in_frame(own, arc.at), arc.radius, *normals, arc.kind]
             pieces = [piece_numbers(outline, k, seen) for k in range(len(outline.points))]
             for side, chain in enumerate(chains, 1):
                 order = [(chain[0] + k) % len(pieces) for k in range(len(pieces))]
@@ -548,10 +544,3 @@ def _label(name: str, side: int, chains: list[list[int]]) -> str:
 def _is_round(outline: Outline) -> bool:
     """Whether an outline consists of convex arcs alone."""
     return all(bulge > 0.0 for bulge in outline.bulges)
-
-
-def _arc_numbers(arc: RoundArc, node: Node) -> tuple[float, ...]:
-    """Numbers of an arc of a round in the frame of a node, as the kernels above read them."""
-    begin, end = arc.begin - node.theta, arc.end - node.theta
-    normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
-    return (*in_frame(node, arc.at), arc.radius, *normals, arc.kind)

@@ -321,8 +321,7 @@ def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Je
         for k in range(1, len(jet)):
             speed[k] = (jet[k] - sum(speed[i] * speed[k - i] for i in range(1, k))) / (2.0 * speed[0])
         px, py = x[:-1] + radius * over(dy, speed), y[:-1] - radius * over(dx, speed)
-        ahead = (slope(px)[0] * dx[0] + slope(py)[0] * dy[0]) / speed[0] ** 2
-        return px, py, ahead
+        return px, py, (slope(px)[0] * dx[0] + slope(py)[0] * dy[0]) / speed[0] ** 2
 
     return curve
 
@@ -332,15 +331,8 @@ def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> Clos
     # The curve gives x, y and a number > 0 by the jets of cam angle and lift; `at` is the axis of the cam [m].
     checks.instance(name, "lift", lift, Lift, "a Lift")
     x, y = checks.point(name, "at", at)
-    spans = np.concatenate([_interval(name, lift, piece, curve) for piece in lift.intervals()])
-    spans[:, :, 0] += (x, y)
-    return ClosedCurve(spans[:, :, 0], spans)
 
-
-def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
-    """Spans (n, 2, 8) of the profile over an interval of the lift law."""
-
-    def derivatives(angles: np.ndarray) -> np.ndarray:
+    def derivatives(piece: Any, angles: np.ndarray) -> np.ndarray:
         turn = np.zeros((5, len(angles)))
         turn[0], turn[1] = angles, 1.0
         jet = np.array([row / math.factorial(k) for k, row in enumerate(lift.derivatives(piece, angles))])
@@ -352,15 +344,17 @@ def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
             raise InputError(f"{text} Make the base radius larger, the rise slower, or the roller smaller.")
         return np.stack([derivatives_of(px), derivatives_of(py)], axis=1)
 
-    count = FEWEST_SPANS
-    while True:
-        angles = np.linspace(piece[0], piece[1], count + 1)
-        steps = np.diff(angles)
-        at = derivatives(angles)
-        spans = hermite_spans(at[..., :-1], at[..., 1:], steps)
-        middle = derivatives(angles[:-1] + 0.5 * steps)[2].T
-        found = sampled(spans, 2, 2)[1::2] / steps[:, None] ** 2
-        error = np.abs(found - middle).max() / np.abs(middle).max()
-        if error <= ACCURACY or count >= MOST_SPANS:
-            return spans
-        count *= 2
+    found = []  # spans (n, 2, 8) of the profile over each interval of the lift law
+    for piece in lift.intervals():
+        count, error = FEWEST_SPANS, math.inf
+        while not error <= ACCURACY and count <= MOST_SPANS:
+            angles = np.linspace(piece[0], piece[1], count + 1)
+            steps, ends = np.diff(angles), derivatives(piece, angles)
+            own = hermite_spans(ends[..., :-1], ends[..., 1:], steps)
+            middle = derivatives(piece, angles[:-1] + 0.5 * steps)[2].T
+            bend = sampled(own, 2, 2)[1::2] / steps[:, None] ** 2
+            error, count = np.abs(bend - middle).max() / np.abs(middle).max(), 2 * count
+        found.append(own)
+    spans = np.concatenate(found)
+    spans[:, :, 0] += (x, y)
+    return ClosedCurve(spans[:, :, 0], spans)

@@ -412,8 +412,7 @@ class PID(Controller):
             tracking = math.sqrt(abs(self.kd / self.ki)) if self.kd != 0.0 else abs(self.kp / self.ki)
         rates = self._frequency(tracking), self._frequency(smoothing if filtered else None)
         still = 0.0 if isinstance(self.target, Motion) else float(self.target)
-        flags = float(moving), float(measured)
-        of_error = float(self.derivative_of == ERROR)
+        of_error, flags = float(self.derivative_of == ERROR), (float(moving), float(measured))
         return self.kp, self.ki, self.kd, low, high, *rates, self.weight, of_error, still, *flags
 
     def followed(self, end: float) -> tuple[str, float, float]:

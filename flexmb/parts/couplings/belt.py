@@ -103,8 +103,7 @@ def belt_energy(p, t, q, v):
 def belt_signal(p, t, q, v, a):
     """Signals of a belt by their numbers."""
     largest, creep, tension, r1, r2, number = p
-    which = int(number)
-    slip = slip_of_belt(r1, r2, q, v)
+    which, slip = int(number), slip_of_belt(r1, r2, q, v)
     force = -largest * math.tanh(slip / creep)
     tight, slack = tension + 0.5 * abs(force), tension - 0.5 * abs(force)
     if which >= TIGHT:

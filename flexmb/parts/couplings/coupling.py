@@ -184,8 +184,7 @@ class Coupling(Part):
             own = joint.line(mechanism) if isinstance(joint, Prismatic) else drawn
             for coordinate in coordinates[2::3] if turns else coordinates:
                 places.setdefault(coordinate, len(places))
-            where = [float(places.get(coordinate, -1)) for coordinate in coordinates]
-            numbers += [float(turns), factor, *where, *own]
+            numbers += [float(turns), factor, *(float(places.get(coordinate, -1)) for coordinate in coordinates), *own]
             kind, units = ("torque", "N m") if turns else ("force", "N")
             speed = f"{joint.name}_speed"
             reactions.append(Reaction(f"{joint.name}_{kind}", units, 0, factor))

@@ -43,8 +43,7 @@ def clutch_kernel(p, h, slip, angle, z, z_new):
         w_angle = -side
     elif rate > 0.0:  # within the step, rate grows from last < 0 to rate > 0
         span = rate - last
-        w = 0.5 * h * rate * rate / span
-        w_rate = 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
+        w, w_rate = 0.5 * h * rate * rate / span, 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
     z_new[LAST_RATE], z_new[LAST_ANGLE], z_new[BEGUN] = rate, angle, 1.0
     if w <= 0.0:
         w, w_rate, w_angle = 0.0, 0.0, 0.0
@@ -107,27 +106,24 @@ class OneWayClutch(Joint):
             angle = torque / self.stiffness
             text = f"At t = {when:.6g} s {self.label} is wound up by some {angle:.4g} rad."
             yield found("unreal-motion", (self.name,), text, "Its stiffness is in N m/rad.", time=when, angle=angle)
-        h, duration = motion.fixed_step, self._duration(mechanism, motion, torque)
-        if h is not None and h > COARSE_STEP * duration:
-            text = f"{self.label} engages at t = {when:.6g} s within some {duration:.2g} s, in which a fixed step of"
-            text = f"{text} {h:.3g} s is long: speeds behind it may be off by 2 % or more."
-            remedy = f"Take steps of {0.1 * duration:.1g} s, or Adaptive()."
-            yield found("coarse-step", (self.name,), text, remedy, step=h, duration=duration)
-
-    def _duration(self, mechanism: Mechanism, motion: WatchedMotion, torque: float) -> float:
-        """Time in which the largest `torque` [N m] of a run changes the speed of the bodies [s]; inf without torque."""
-        # It is J/damping or sqrt(J/stiffness), whichever is shorter. J is the torque over the largest acceleration, at
-        # least the moment of inertia of the rigid bodies, since impacts accelerate them more.
+        # Time in which the largest torque changes the speed of the bodies: J/damping or sqrt(J/stiffness), whichever is
+        # shorter. J is the torque over the largest acceleration, at least the moment of inertia of the rigid bodies,
+        # since impacts accelerate them more.
         acceleration, inverse = 0.0, 0.0
         for end in self.ends(mechanism):
             name = f"{end.part}.{end.node}.alpha" if end.node else f"{end.part}.alpha"
             acceleration += motion.peak(name)[0] if name in motion.signals.places else 0.0
             inertia = getattr(self.first if end.part == self.first.name else self.second, "inertia", None)
             inverse += 1.0 / inertia if isinstance(inertia, float) else 0.0
-        if torque == 0.0 or acceleration == 0.0:
-            return math.inf
-        J = max(torque / acceleration, 1.0 / inverse if inverse > 0.0 else 0.0)
-        return min(J / self.damping if self.damping > 0.0 else math.inf, math.sqrt(J / self.stiffness))
+        h, duration = motion.fixed_step, math.inf
+        if torque != 0.0 and acceleration != 0.0:
+            J = max(torque / acceleration, 1.0 / inverse if inverse > 0.0 else 0.0)
+            duration = min(J / self.damping if self.damping > 0.0 else math.inf, math.sqrt(J / self.stiffness))
+        if h is not None and h > COARSE_STEP * duration:
+            text = f"{self.label} engages at t = {when:.6g} s within some {duration:.2g} s, in which a fixed step of"
+            text = f"{text} {h:.3g} s is long: speeds behind it may be off by 2 % or more."
+            remedy = f"Take steps of {0.1 * duration:.1g} s, or Adaptive()."
+            yield found("coarse-step", (self.name,), text, remedy, step=h, duration=duration)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         law = WindUp(self.stiffness, self.damping, 1.0 if self.free == COUNTER_CLOCKWISE else -1.0)

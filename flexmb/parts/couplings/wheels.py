@@ -58,8 +58,7 @@ def tooth_gap_kernel(p, q, v, out):
     ex, ey = dx / D, dy / D
     cos_a = min(sign * B / D, STEEPEST)
     sin_a = math.sqrt(1.0 - cos_a * cos_a)
-    tan_a = sin_a / cos_a
-    x = rb1 * q[2] + rb2 * q[5] - B * math.atan2(dy, dx) - offset
+    tan_a, x = sin_a / cos_a, rb1 * q[2] + rb2 * q[5] - B * math.atan2(dy, dx) - offset
     x -= pitch * math.floor(x / pitch + 0.5)  # all teeth are alike
     gap = half + B * (tan_a - math.atan(tan_a) - inv_a) - side * x
     nx, ny = -sign * (sin_a * ex - side * cos_a * ey), -sign * (sin_a * ey + side * cos_a * ex)
@@ -106,8 +105,7 @@ def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[0, 2] += r1
     G[0, 5] += r2
     swing = along[FIRST_ANGLE] * v[2] * v[2] + along[SECOND_ANGLE] * v[5] * v[5]
-    gamma[0] = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D
-    k = lam[0] * R / D
+    gamma[0], k = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D, lam[0] * R / D
     for i in range(6):
         for j in range(6):
             H[i, j] = k * (along[i] * across[j] + across[i] * along[j]) / D
@@ -218,8 +216,7 @@ class Wheels(Part):
 
     def _axes(self, mechanism: Mechanism) -> list[Point]:
         """Centres of both wheels in the reference configuration [m]."""
-        wheels = self.first, self.second
-        pairs = zip(self.centres or (None, None), wheels, strict=True)
+        pairs = zip(self.centres or (None, None), (self.first, self.second), strict=True)
         found: list[Any] = [c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in pairs]
         other, apart = found[0] or found[1], getattr(self, "distance", None)
         if not all(found):  # the ground, whose centre is a pin of the arm
@@ -362,7 +359,9 @@ class Gear(Wheels):
         ------
         ModelError : a distance of the axes that is 0, unknown, or does not fit the module.
         """
-        (z1, z2), distance = self.teeth, self._distance(mechanism)
+        (z1, z2), distance = self.teeth, self.distance or planar.distance(*self._axes(mechanism))
+        if distance == 0.0:
+            raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
         sum_of_teeth = abs(z2 - z1) if self.internal else z1 + z2
         if self.module is not None and abs(0.5 * self.module * sum_of_teeth - distance) > FITS * distance:
             text = f"{self.label}: the axes are {distance:g} m apart, but wheels of {z1} and {z2}"
@@ -378,14 +377,6 @@ class Gear(Wheels):
         """Pitch radii of both wheels in a `mechanism` [m], that of a ring below 0."""
         r1, r2 = self.radii(mechanism)
         return r1, -r2 if self.internal else r2
-
-    def _distance(self, mechanism: Mechanism) -> float:
-        if self.distance is not None:
-            return self.distance
-        apart = planar.distance(*self._axes(mechanism))
-        if apart == 0.0:
-            raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
-        return apart
 
     def contact_size(self, mechanism: Mechanism) -> float | None:
         """Module of teeth with backlash in `mechanism` [m]."""
@@ -414,12 +405,6 @@ class Gear(Wheels):
         ideal = self._rolling(mechanism, (r1, r2), (tooth_pressure, (R, base)) if self.pressure_angle > 0.0 else None)
         if self.backlash is None or self.normal is None:
             return [ideal]
-        return [*self._contacts(mechanism, r1, r2, self.backlash, self.normal), replace(ideal, holds="closed")]
-
-    def _contacts(
-        self, mechanism: Mechanism, r1: float, r2: float, backlash: float, normal: NormalLaw
-    ) -> Sequence[Contribution]:
-        """Contacts of both flanks."""
         one, two = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
         first, second = one.node(one.main), two.node(two.main)
         apart, wanted = planar.distance((first.x, first.y), (second.x, second.y)), abs(r1 + r2)
@@ -428,18 +413,17 @@ class Gear(Wheels):
             text += f" {wanted:g} m apart; they are {apart:g} m apart."
             raise ModelError(f"{text} Use a heavy body on a Fixed joint for a ring at rest.")
         pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
-        if backlash >= 0.5 * pitch:
-            text = f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together;"
-            raise InputError(f"{text} it must be less than half of that.")
-        c = math.cos(self.pressure_angle)
-        direction = math.atan2(second.y - first.y, second.x - first.x)
+        if self.backlash >= 0.5 * pitch:
+            text = f"{self.label}: backlash is {self.backlash:g} m, but a tooth and its gap are {pitch:.4g} m long"
+            raise InputError(f"{text} together; it must be less than half of that.")
+        c, direction = math.cos(self.pressure_angle), math.atan2(second.y - first.y, second.x - first.x)
         offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))
         coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
-        play = backlash, 0.5 * backlash * c, r1 * c, r2 * c
+        play = self.backlash, 0.5 * self.backlash * c, r1 * c, r2 * c
         rest = involute(self.pressure_angle), offset, pitch * c
         flanks = ((name, (*play, side, *rest)) for name, side in FLANKS.items())
-        laws = normal, Frictionless()
-        return [ContactContribution(self.name, tooth_gap_kernel, coordinates, p, *laws, name) for name, p in flanks]
+        own, laws = (self.name, tooth_gap_kernel, coordinates), (self.normal, Frictionless())
+        return [*(ContactContribution(*own, p, *laws, name) for name, p in flanks), replace(ideal, holds="closed")]
 
 
 PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark

@@ -335,8 +335,7 @@ def table_kernel(p, t):
             low = middle
         else:
             high = middle
-    k = contributions + 4 * low
-    x = min(max(t, first), last) - p[TIMES + low]
+    k, x = contributions + 4 * low, min(max(t, first), last) - p[TIMES + low]
     beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
     c3, c2, c1, c0 = p[k + CUBIC], p[k + SQUARE], p[k + LINEAR], p[k + CONSTANT]
     v = (3.0 * c3 * x + 2.0 * c2) * x + c1

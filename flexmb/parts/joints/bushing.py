@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import Rule, directed, field, not_negative, record
 from flexmb.kernels import compiled, element_kernel, signal_kernel
-from flexmb.model.contributions import ConstraintContribution, Contribution, Ends, signal_contributions
+from flexmb.model.contributions import ConstraintContribution, Contribution, signal_contributions
 from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
@@ -59,8 +59,7 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     for first in (True, False):
         i = 0 if first else 1
         d, J, nx, ny, far, near = along_axis(p, q, first)
-        Jv = curvature_times(nx, ny, far, near, v)
-        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
+        Jv, f = curvature_times(nx, ny, far, near, v), p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
         for m in range(6):
             for n in range(6):
                 K[m, n] += J[m] * (p[STIFFNESS_X + i] * J[n] + p[DAMPING_X + i] * Jv[n])
@@ -153,14 +152,11 @@ class Bushing(Joint):
         numbers |= {DAMPING_X: cx, DAMPING_Y: cy, TORSION_DAMPING: self.torsion_damping}
         numbers |= {AXIS_X: ux, AXIS_Y: uy, ANGLE: drawn_angle(mechanism, ends)}
         p = packed(numbers | dict(enumerate(ends.offsets, OFFSET1_X)))
+        # the points coincide while start values are computed, along the axes that have stiffness
+        held = coincidence_piece(self.name, ends, holds="start")
+        if min(kx, ky) == 0.0:
+            free = (ux, uy) if kx == 0.0 else (-uy, ux)
+            own = self.name, slot_kernel, ends.coordinates, (*free, *ends.offsets), 1, ends.second.coordinates
+            held = ConstraintContribution(*own, holds="start")
         signals = signal_contributions(self.name, bushing_signal, SIGNALS, ends.coordinates, p)
-        return [BUSHING.contribution(self.name, ends.coordinates, p), *signals, self._held(ends, p)]
-
-    def _held(self, ends: Ends, p: tuple[float, ...]) -> ConstraintContribution:
-        """Coincidence of the points while start values are computed, along the axes that have stiffness."""
-        if min(self.stiffness) > 0.0:  # type: ignore[arg-type]
-            return coincidence_piece(self.name, ends, holds="start")
-        ux, uy = p[AXIS_X], p[AXIS_Y]
-        free = (ux, uy) if self.stiffness[0] == 0.0 else (-uy, ux)  # type: ignore[index]
-        own = self.name, slot_kernel, ends.coordinates, (*free, *ends.offsets), 1, ends.second.coordinates
-        return ConstraintContribution(*own, holds="start")
+        return [BUSHING.contribution(self.name, ends.coordinates, p), *signals, held]

@@ -99,8 +99,7 @@ def direction(mx, my, s1x, s1y, s2x, s2y, q):
 @compiled
 def put_turn(row, angle, q, g, G):
     """Equation theta2 - theta1 - angle = 0 of a constraint kernel."""
-    g[row] = q[5] - q[2] - angle
-    G[row, 2] = -1.0
+    g[row], G[row, 2] = q[5] - q[2] - angle, -1.0
     G[row, 5] = 1.0
 
 

@@ -366,8 +366,15 @@ class PrismaticClearance(Guide):
         mx, my, s1x, s1y, s2x, s2y = p
         turn = -angle  # of the guide's direction, seen from the frame of the slider
         ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
-        normal = self._normal()
-        found: list[Contribution] = []
+        normal, found = self.normal, list[Contribution]()
+        if self.corner_radius is not None:  # of a corner on a flat side
+            normal = normal.for_radii(math.inf, self.corner_radius)
+        else:
+            try:
+                normal.parameters()
+            except InputError as error:
+                text = f"{self.label}: the stiffness of its law depends on the radius of the corners;"
+                raise InputError(f"{text} give corner_radius=..., or a law with a stiffness of its own.") from error
         for name, along, across in CORNERS:
             x, y = along * self.half_length, across * self.half_height
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
@@ -380,17 +387,6 @@ class PrismaticClearance(Guide):
         _, speed = travel_contributions(self.name, coordinates, p)
         friction = rubbing(self.friction, contact_point.guide_friction, (*p, 2.0 * self.half_length, 0.0))
         return [*found, speed, replace(ideal, joint_friction=friction, holds="closed")]
-
-    def _normal(self) -> NormalLaw:
-        """The normal law of a corner on a flat side."""
-        if self.corner_radius is not None:
-            return self.normal.for_radii(math.inf, self.corner_radius)
-        try:
-            self.normal.parameters()
-        except InputError as error:
-            text = f"{self.label}: the stiffness of its law depends on the radius of the corners;"
-            raise InputError(f"{text} give corner_radius=..., or a law with a stiffness of its own.") from error
-        return self.normal
 
 
 @constraint_kernel

@@ -74,8 +74,7 @@ def weld_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 def angle_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Relative rotation of two nodes: g = theta2 - theta1 - angle; q = (theta1, theta2)."""
     (angle,) = p
-    g[0] = q[1] - q[0] - angle
-    G[0, 0] = -1.0
+    g[0], G[0, 0] = q[1] - q[0] - angle, -1.0
     G[0, 1] = 1.0
 
 

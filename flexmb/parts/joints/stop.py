@@ -19,7 +19,7 @@ from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, directed, field, point, positive, record
 from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
-from flexmb.model.contributions import ContactContribution, Contribution, Coordinate, Ends
+from flexmb.model.contributions import ContactContribution, Contribution, Ends
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, refuse_one_body
@@ -226,8 +226,7 @@ class Stop(Part):
             if getattr(part, "joint", None) != self.joint or not isinstance(motion, Motion):
                 continue
             start = float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[0])
-            low = -math.inf if self.below is None else self.below
-            high = math.inf if self.above is None else self.above
+            low, high = -math.inf if self.below is None else self.below, math.inf if self.above is None else self.above
             if not low <= start <= high:
                 text = f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g}"
                 raise ModelError(f"{text} and {high:g} of joint {self.joint!r}. Begin between them, or move the stop.")
@@ -237,38 +236,33 @@ class Stop(Part):
         return self.radius if self.joint and isinstance(mechanism.find(self.joint), Revolute) else None
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
-        laws, several = (self.normal, Frictionless()), len(found) > 1
-        return [ContactContribution(self.name, kernel, coordinates, (NO_CLEARANCE, *p), *laws, name if several else "")
+        found: Pieces = []  # name, kernel and parameters of each limit
+        if self.joint is not None:
+            joint = joint_with_coordinate(mechanism, self.label, self.joint)
+            ends = joint.ends(mechanism)
+            if isinstance(joint, Prismatic):
+                p = joint.line(mechanism)
+                found = [(name, travel_gap_kernel, (side, x, *p)) for name, side, x in self._limits()]
+            else:
+                along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
+                drawn = drawn_angle(mechanism, ends)
+                for name, side, limit in self._limits():
+                    faces = drawn_direction(mechanism, ends.first, along, limit)
+                    found.append((name, turn_gap_kernel, (side, limit + drawn, self.radius, *faces, *ends.offsets)))
+        else:  # of the way between two points
+            bodies = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
+            ends = Ends(*(body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True)))
+            dx, dy = self.to[0] - self.at[0], self.to[1] - self.at[1]
+            if self.along is None:
+                size, rest = math.hypot(dx, dy), (*ends.offsets, 0.0, 0.0, 0.0)
+                found = [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
+            else:
+                angle, m = math.atan2(self.along[1], self.along[0]), drawn_direction(mechanism, ends.first, self.along)
+                drawn, line = dx * math.cos(angle) + dy * math.sin(angle), (*m, *ends.offsets)
+                found = [(name, travel_gap_kernel, (s, x + drawn, *line)) for name, s, x in self._limits()]
+        place, laws, several = ends.coordinates, (self.normal, Frictionless()), len(found) > 1
+        return [ContactContribution(self.name, kernel, place, (NO_CLEARANCE, *p), *laws, name if several else "")
                 for name, kernel, p in found]  # fmt: skip
-
-    def _at_joint(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
-        """Coordinates, and name, kernel and parameters of each limit of the joint."""
-        joint = joint_with_coordinate(mechanism, self.label, self.joint)
-        ends = joint.ends(mechanism)
-        if isinstance(joint, Prismatic):
-            p = joint.line(mechanism)
-            return ends.coordinates, [(name, travel_gap_kernel, (side, x, *p)) for name, side, x in self._limits()]
-        along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
-        drawn = drawn_angle(mechanism, ends)
-        found: Pieces = []
-        for name, side, limit in self._limits():
-            faces = drawn_direction(mechanism, ends.first, along, limit)
-            found.append((name, turn_gap_kernel, (side, limit + drawn, self.radius, *faces, *ends.offsets)))
-        return ends.coordinates, found
-
-    def _at_points(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
-        """Coordinates, and name, kernel and parameters of each limit of the way between two points."""
-        bodies = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
-        ends = Ends(*(body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True)))
-        coordinates, offsets = ends.coordinates, ends.offsets
-        dx, dy = self.to[0] - self.at[0], self.to[1] - self.at[1]
-        if self.along is None:
-            size, rest = math.hypot(dx, dy), (*offsets, 0.0, 0.0, 0.0)
-            return coordinates, [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
-        angle = math.atan2(self.along[1], self.along[0])
-        drawn, m = dx * math.cos(angle) + dy * math.sin(angle), drawn_direction(mechanism, ends.first, self.along)
-        return coordinates, [(name, travel_gap_kernel, (s, x + drawn, *m, *offsets)) for name, s, x in self._limits()]
 
     def _limits(self) -> list[tuple[str, float, float]]:
         """Name, side and value of each limit."""

@@ -34,8 +34,7 @@ def dead_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     c, s = math.cos(q[2]), math.sin(q[2])
     bx, by = c * sx - s * sy, s * sx + c * sy
     r[0], r[1] = -fx, -fy
-    r[2] = -(bx * fy - by * fx)
-    K[2, 2] = by * fy + bx * fx
+    r[2], K[2, 2] = -(bx * fy - by * fx), by * fy + bx * fx
 
 
 @element_kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -57,22 +57,19 @@ class MeshLoad(Part):
 
     def plane_of(self, body: Part) -> PlaneBody:
         """The body with all nodes of the mesh of `body`, or `ModelError`."""
-        plane = self._carrier(body).plane
-        return plane if plane is not None else self._refuse(body)
+        return self._carrier(body)[1]
 
-    def _carrier(self, body: Part) -> MeshBody:
-        """The body, if it has a mesh."""
-        return body if isinstance(body, MeshBody) else self._refuse(body)
-
-    def _refuse(self, body: Part) -> NoReturn:
-        """Refuse a body without a mesh."""
-        text = f"{self.label} acts on the nodes of a mesh, and {body.label} has none."
-        raise ModelError(f"{text} Give a PlaneBody or its Reduced; a Force acts on any body.")
+    def _carrier(self, body: Part) -> tuple[MeshBody, PlaneBody]:
+        """The body, which must have a mesh, and the one with all nodes of it."""
+        if not isinstance(body, MeshBody) or body.plane is None:
+            text = f"{self.label} acts on the nodes of a mesh, and {body.label} has none."
+            raise ModelError(f"{text} Give a PlaneBody or its Reduced; a Force acts on any body.")
+        return body, body.plane
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
         """Finding on a load whose deflection the kept shapes of a reduced body cannot show."""
-        body = self._carrier(mechanism.body(self.body.name, self.label))
-        share = body.left_out(self.on(self.plane_of(body)))
+        body, plane = self._carrier(mechanism.body(self.body.name, self.label))
+        share = body.left_out(self.on(plane))
         if share > LEFT_OUT:
             text = f"{self.label} acts on {body.label}, whose kept shapes leave out {100.0 * share:.3g} % of its"
             text += " strain energy: pins move rightly, but deflection and stress between them are too small."
@@ -80,8 +77,8 @@ class MeshLoad(Part):
             yield found("missing-shapes", (self.name, body.name), text, remedy, share=share, limit=LEFT_OUT)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        body = self._carrier(mechanism.body(self.body.name, self.label))
-        return body.loaded(self.name, self.on(self.plane_of(body)), self.history)
+        body, plane = self._carrier(mechanism.body(self.body.name, self.label))
+        return body.loaded(self.name, self.on(plane), self.history)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """A few arrows, each carried by the pin that is nearest in the undeformed body."""

@@ -247,8 +247,7 @@ def torsion_spring_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     for i in range(2):
         for j in range(2):
             sign = 1.0 if i == j else -1.0
-            K[i, j] = sign * k
-            C[i, j] = sign * d
+            K[i, j], C[i, j] = sign * k, sign * d
 
 
 TORSION_SPRING = massless("TORSION_SPRING", {**globals(), "put_force": put_moment}, torsion_spring_kernel)

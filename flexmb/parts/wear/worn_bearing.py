@@ -80,8 +80,7 @@ def sums(p, ex, ey, vx, vy, w):
         h = gaps[i] - ex * X[i] - ey * Y[i]
         if rough and h < height:
             h, _ = kernels.thickness(h, height)
-        s = ax * X[i] + ay * Y[i] + az * slopes[i]
-        thin = 1.0 / h
+        s, thin = ax * X[i] + ay * Y[i] + az * slopes[i], 1.0 / h
         P = thin * thin * thin * (0.0 if s < 0.0 else s)
         m0, m1, m2, drag = m0 + P * X[i], m1 + P * Y[i], m2 + P * slopes[i], drag + thin
     m0, m1, m2, drag = p[FORCE] * m0, p[FORCE] * m1, p[FORCE] * m2, p[DRAG] * drag

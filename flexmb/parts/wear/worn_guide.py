@@ -82,8 +82,7 @@ def touch(p, q):
     along, across = ux * ex + uy * ey, ux * ey - uy * ex
     far, side, n = p[PLAY] + p[HALF], p[SIDE], p.shape[0] - DEPTHS
     if side == 0.0:
-        n = n // 2
-        side = 1.0
+        n, side = n // 2, 1.0
         depth, mx, my, inverse, foot = nearest_border(p, DEPTHS, n, along, across - far)
         deeper, ox, oy, turns, place = nearest_border(p, DEPTHS + n, n, along, -across - far)
         if deeper > depth:
@@ -231,8 +230,7 @@ class WornSides(WornJoint):
     def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Volume by place, over the way of each step."""
         place = sol.array(f"{self.name}.{contact}{self.where[0]}")
-        where = place[rows]
-        limit = 0.5 * (self.worn_length - self.step)
+        where, limit = place[rows], 0.5 * (self.worn_length - self.step)
         if len(where) and np.abs(where).max() > limit:
             text = f"{self.label}: it rubs from {where.min():.4g} to {where.max():.4g} m from the middle of its sides"
             raise InputError(f"{text}, whose depth is known up to {limit:.4g} m. Give worn_by(..., length=...) more.")

@@ -1,7 +1,5 @@
 """Numbers and choices of a mechanism that may vary: their units, ranges and meanings; values checked against these."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import warnings

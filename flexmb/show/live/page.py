@@ -195,8 +195,7 @@ class Page:
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """The widget, and for places without widgets the player of the present run."""
-        shown = (self.widget()._repr_mimebundle_() or ({},))[0]
-        solution = self.view.solution
+        shown, solution = (self.widget()._repr_mimebundle_() or ({},))[0], self.view.solution
         still = solution._repr_html_() if solution else html.escape(self.view.status)
         return {**shown, "text/plain": repr(self), "text/html": still}
 

@@ -1,7 +1,5 @@
 """Runs of a live page in one thread: the newest values win, long runs show their rows so far, runs may go on."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Mapping
 from contextvars import copy_context
@@ -54,7 +52,7 @@ class View:
     period: float | None = None
 
 
-def view_of(request: Request, mechanism: Mechanism, sol: Solution, **more: Any) -> View:
+def view_of(request: "Request", mechanism: Mechanism, sol: Solution, **more: Any) -> View:
     """View of a solution."""
     largest = dict(zip(sol.names, sol.peaks.values.tolist(), strict=True))
     more |= {"mechanism": mechanism, "number": request.number}
@@ -190,8 +188,7 @@ class Runner:
             span["save"] = request.length / ROWS_OF_A_PERIOD / 2.0
         if begun:
             span |= {"save_from_period" if self.unit == PERIODS else "save_from": begun, "restart": restart}
-        watched = _Watch(self, request, mechanism)
-        context = copy_context()
+        watched, context = _Watch(self, request, mechanism), copy_context()
         context.run(AFTER_BLOCK.set, watched)
         sol = context.run(simulate, mechanism, **span)
         # Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one

@@ -106,8 +106,7 @@ class Client:
     def may_speak(self) -> bool:
         """Whether a message is within the rate."""
         now = time.monotonic()
-        self.credit = min(BURST, self.credit + RATE * (now - self.counted)) - 1.0
-        self.counted = now
+        self.credit, self.counted = min(BURST, self.credit + RATE * (now - self.counted)) - 1.0, now
         return self.credit >= 0.0
 
     async def send_all(self) -> None:

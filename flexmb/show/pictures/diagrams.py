@@ -75,8 +75,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     size = 4.0 if count < MANY_POINTS else 1.2
     for (verdict, name), listed in pieces.items():
         across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
-        look = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
-        look["markeredgewidth"] = 0.0
+        look = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size, "markeredgewidth": 0.0}
         ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **look)
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
@@ -170,18 +169,15 @@ def plot_branch(
         _draw_branch(ax, branch, signal, value, labelled)
     units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
-    ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
-    style.label_axis(ax.yaxis, ylabel, units)
+    style.label_axis(ax.yaxis, signal if value == "section" or signal == "period" else f"{value} of {signal}", units)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
 
 
 def _draw_branch(ax: mpl.axes.Axes, branch: Branch, signal: str, value: str, labelled: set[str]) -> None:
     """Draw a branch by pieces of one stability; the legend names each kind once."""
-    x = np.array([p.value for p in branch.points])
-    y = _heights(branch, signal, value, branch.points)
-    stable = np.array([p.stable for p in branch.points], dtype=bool)
-    begin = 0
+    x, y = np.array([p.value for p in branch.points]), _heights(branch, signal, value, branch.points)
+    stable, begin = np.array([p.stable for p in branch.points], dtype=bool), 0
     for k in range(1, len(x) + 1):
         if k < len(x) and stable[k] == stable[begin]:
             continue

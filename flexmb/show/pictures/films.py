@@ -50,18 +50,15 @@ class Film:
         shown, rows = magnified(true, magnify), np.arange(len(true.time))
         paths = {}
         if points:
-            every = np.arange(first, max(last, first + 1))
-            whole = magnified(sol, magnify)
+            every, whole = np.arange(first, max(last, first + 1)), magnified(sol, magnify)
             paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
         self.scene = scene_of(shown, rows, box=box, paths=paths, forces=joints, true=true if magnify != 1.0 else None)
-        field = field_of(self.scene, colour)
-        self.size = _pixels(self.scene.box, size)
+        field, self.size = field_of(self.scene, colour), _pixels(self.scene.box, size)
         self._magnify = magnify
         self._figure, self._ax = self._make()
         self._canvas: Any = self._figure.canvas  # matplotlib declares no types here
         colouring = None if field is None else _colouring(self.scene, field[0])
-        self._pose = Pose(self._ax, self.scene, 0, colouring)
-        name = self.scene.name
+        self._pose, name = Pose(self._ax, self.scene, 0, colouring), self.scene.name
         if self._magnify != 1.0:
             name += f", deformation x {self._magnify:g}" if self._magnify else ", undeformed"
         self._figure.suptitle(name, x=0.02, ha="left", fontsize="medium")
@@ -184,8 +181,7 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
     colours[3 * paper : 3 * paper + 3] = [255, 255, 255]  # the paper is white, not nearly so
     for image in images:
         image.putpalette(colours)
-    ends = np.round(100.0 * np.arange(len(images) + 1) / fps)
-    pauses = [10 * max(int(pause), 1) for pause in np.diff(ends)]
+    pauses = [10 * max(int(pause), 1) for pause in np.diff(np.round(100.0 * np.arange(len(images) + 1) / fps))]
     images[0].save(path, "GIF", save_all=True, append_images=images[1:], duration=pauses, loop=0, optimize=False)
 
 
@@ -253,8 +249,7 @@ def animate(
     """
     target = checks.path("animate", path)
     if target.suffix.lower() not in ENDINGS:
-        listed = ", ".join(ENDINGS)
-        raise InputError(f"animate: path is {str(path)!r}; it must end in one of {listed}.")
+        raise InputError(f"animate: path is {str(path)!r}; it must end in one of {', '.join(ENDINGS)}.")
     if target.suffix.lower() == ".html":
         return Path(import_module("flexmb.show.reports.report").report(sol, target))
     rate = checks.positive("animate", "fps", fps)

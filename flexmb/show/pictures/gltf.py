@@ -103,8 +103,7 @@ class Glb:
             self._channel(node, WEIGHTS, time, weights.reshape(-1, 1))
 
     def _channel(self, node: int, path: str, time: np.ndarray, values: np.ndarray) -> None:
-        motion = self.document["animations"][0]
-        key = time.tobytes()
+        motion, key = self.document["animations"][0], time.tobytes()
         if key not in self._inputs:
             self._inputs[key] = self._accessor(time.reshape(-1, 1), None, limits=True)
         output = self._accessor(values, None)
@@ -176,8 +175,7 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     if frames is not None:
         along = np.linspace(sol.time[0], sol.time[-1], checks.count("export_gltf", "frames", frames, 2))
         rows = drawing.nearest_instants(sol, along)
-    shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
-    content = Export(shown, rows, sol).bytes()
+    content = Export(magnified(sol, checks.not_negative("export_gltf", "magnify", magnify)), rows, sol).bytes()
     with whole_file(target, "export_gltf") as part:
         part.write_bytes(content)
     return target
@@ -190,8 +188,7 @@ class Export(Glb):
         super().__init__(f"flexmb {installed_version()}")
         self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
         self._scene: Scene = scene_of(sol, rows, true=true if true is not sol else None)
-        self._half = BAR * self._scene.size
-        colours = body_colours(self._scene)
+        self._half, colours = BAR * self._scene.size, body_colours(self._scene)
         self._materials = {part: self.material(part, _linear_of(colour)) for part, colour in colours.items()}
         self._grey = self.material("couplings", _linear_of("#606060"))
         self._rigid()
@@ -226,8 +223,7 @@ class Export(Glb):
             half = max(0.25 * float(depth[k] + depth[k + STRIDE]), THINNEST * self._scene.size)
             solid = _bars(np.array([[0.0, 0.0], [1.0, 0.0]]), half)
             mesh = self.mesh(f"{line.part} {number}.{k}", *solid, self._materials[line.part])
-            node = self.node(f"{line.part} {number}.{k}", [mesh])
-            self._stretch(node, line.points[:, k], line.points[:, k + STRIDE])
+            self._stretch(self.node(f"{line.part} {number}.{k}", [mesh]), line.points[:, k], line.points[:, k + STRIDE])
 
     def _mesh(self, surface: drawing.Surface, body: FlexibleMotion) -> None:
         """A mesh that moves as a rigid body, with the shapes of its deformation."""
@@ -264,8 +260,7 @@ class Export(Glb):
             length, u, n = drawing.directions(second[0] - first[0])
             away = sign.points[0] - first[0]
             solid = _bars(np.stack([away @ u / max(float(length[0]), 1e-9), away @ n], axis=-1), 0.3 * self._half)
-            node = self.node(sign.part, [self.mesh(sign.part, *solid, self._grey)])
-            self._stretch(node, first, second)
+            self._stretch(self.node(sign.part, [self.mesh(sign.part, *solid, self._grey)]), first, second)
 
     def _pins(self) -> None:
         """Joints as short prisms."""

@@ -42,8 +42,7 @@ def place_names(
     if figure is None:
         return []
     lay_out(figure)
-    scale = figure.dpi / 72.0
-    to_pixels = ax.transData.transform
+    scale, to_pixels = figure.dpi / 72.0, ax.transData.transform
     at = [to_pixels(np.asarray(point, dtype=float)) for point, _ in points]
     below = [to_pixels(np.asarray(p, dtype=float)) - (0.0, FOOT * scale) for p in feet]
     dots = np.array([*at, *(to_pixels(np.asarray(p, dtype=float)) for p in keep_free), *below]).reshape(-1, 2)
@@ -94,8 +93,7 @@ def _annotation(ax: mpl.axes.Axes, point: np.ndarray, name: str) -> mpl.text.Ann
 
 def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Number of points (n, 2) in each of the boxes (k, 2)."""
-    within = (points > low[:, None]) & (points < high[:, None])
-    return np.asarray(within.all(axis=2).sum(axis=1))
+    return np.asarray(((points > low[:, None]) & (points < high[:, None])).all(axis=2).sum(axis=1))
 
 
 def _samples(line: np.ndarray, spacing: float) -> np.ndarray:
@@ -145,7 +143,11 @@ class Pose:
         own = body_colours(scene)
         for line in with_arms(scene):
             if line.kind == RIGID:
-                self._rigid(line, own[line.part] if colouring is None else "0.45")
+                colour = own[line.part] if colouring is None else "0.45"
+                look: Any = {"marker": "s", "markersize": 11} if is_point(line) else {"solid_capstyle": "round"}
+                if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
+                    self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
+                self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **look})
         beams = [line for line in scene.lines if line.is_beam]
         if beams:
             self._beams(beams, own, None if colouring is None or colouring.field == VON_MISES else colouring)
@@ -173,12 +175,6 @@ class Pose:
         (artist,) = self._ax.plot([], [], gid=gid, **style)
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_data(*points[now].T))
-
-    def _rigid(self, line: Line, colour: str) -> None:
-        style: dict[str, Any] = {"marker": "s", "markersize": 11} if is_point(line) else {"solid_capstyle": "round"}
-        if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
-            self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
-        self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **style})
 
     def _area(self, points: np.ndarray, style: dict[str, Any]) -> None:
         artist = mpl.patches.Polygon(points[0], closed=True, **style)

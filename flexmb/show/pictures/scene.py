@@ -63,8 +63,14 @@ def scene_of(
     # `paths` are paths of points by name, with their instants; None: those of the markers with a trace. Section forces
     # and stresses are those of `true` where the deformation of `sol` is magnified.
     traced = {name: (path, sol.time) for name, path in drawing.traces(sol).items()} if paths is None else paths
-    limits = box_of_run(sol, list(traced.values())) if box is None else box
-    size = limits[0][1] - limits[0][0]
+    if box is None:  # room for all poses of the run, some hundred of them in long runs
+        every = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), BOX_POSES)).round().astype(int))
+        points = [line.points for line in drawing.lines(sol, every, PER_ELEMENT)]
+        points += [*(mark.points for mark in drawing.marks(sol, every)), *(path for path, _ in traced.values())]
+        whole = np.concatenate([p.reshape(-1, 2) for p in points])
+        extent = float(max(*np.ptp(whole, axis=0), 1e-9))
+        box = box_around([whole, *(sign.points for sign in symbols(sol, every, extent))])
+    size = box[0][1] - box[0][0]
     lines, marks = drawing.lines(sol, rows, PER_ELEMENT), drawing.marks(sol, rows)
     # Arrows of joint forces are as long as the forces are large up to the 98th percentile of all of them, which has the
     # length of a load's arrow; larger forces, those of impacts, have the same length.
@@ -84,20 +90,10 @@ def scene_of(
             line.fields.update(own.fields)
         own_poses = (mesh.poses for mesh in drawing.surfaces(true, rows))
         meshes = [replace(mesh, poses=poses) for mesh, poses in zip(meshes, own_poses, strict=True)]
-    return Scene(sol.name, sol.time[rows], lines, marks, signs, limits, arrows, traced, meshes)
+    return Scene(sol.name, sol.time[rows], lines, marks, signs, box, arrows, traced, meshes)
 
 
 LEAST_SIZE, LONE_POINT = 1e-9, 0.1  # extent of a mechanism [m] below which it is a point; width of its picture [m]
-
-
-def box_of_run(sol: Solution, paths: Sequence[tuple[np.ndarray, np.ndarray]] = ()) -> Box:
-    """Limits of x and y that hold all poses of a run, some hundred of them in long runs."""
-    every = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), BOX_POSES)).round().astype(int))
-    lines, marks = drawing.lines(sol, every, PER_ELEMENT), drawing.marks(sol, every)
-    points = [line.points for line in lines] + [m.points for m in marks] + [path for path, _ in paths]
-    whole = np.concatenate([p.reshape(-1, 2) for p in points])
-    size = float(max(*np.ptp(whole, axis=0), 1e-9))
-    return box_around([whole, *(sign.points for sign in symbols(sol, every, size))])
 
 
 def box_around(points: list[np.ndarray]) -> Box:
@@ -116,8 +112,7 @@ def box_around(points: list[np.ndarray]) -> Box:
 def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
     """Limits of x and y around a point (2,) [m], as wide as the bodies need in any direction at one instant."""
     points = np.concatenate([line.points[0] for line in drawing.lines(sol, np.array([row]), PER_ELEMENT)])
-    reach = float(np.hypot(*(points - centre).T).max())
-    return box_around([centre + reach * np.array([[-1.0, -1.0], [1.0, 1.0]])])
+    return box_around([centre + float(np.hypot(*(points - centre).T).max()) * np.array([[-1.0, -1.0], [1.0, 1.0]])])
 
 
 SIZES = 0.5, 100.0  # least and largest width and height of a picture [inch]

@@ -445,8 +445,7 @@ def plot_journal(
     else:
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
     figure, ax = style.panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
-    turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    label = f"clearance {radius:.3g} m"
+    turn, label = np.linspace(0.0, 2.0 * np.pi, 361), f"clearance {radius:.3g} m"
     ax.plot(
         radius * np.cos(turn), radius * np.sin(turn), color=style.CLEARANCE, linewidth=1.4, linestyle="--", label=label
     )
@@ -491,8 +490,7 @@ def plot_contact_force(
     if not touching.any():
         raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
     figure = style.new_figure(JOURNAL_SIZE)
-    ax = figure.add_subplot(projection="polar")
-    angle = np.arctan2(ey, ex)[touching]
+    ax, angle = figure.add_subplot(projection="polar"), np.arctan2(ey, ex)[touching]
     ax.vlines(angle, 0.0, force[touching], color=style.COLOURS[0], linewidth=0.5, alpha=0.35)
     ax.plot(angle, force[touching], ".", color=style.COLOURS[0], markersize=3.0, linestyle="none")
     ax.set_ylim(0.0, 1.05 * float(force.max()))
@@ -537,7 +535,14 @@ def plot_pressure(
     when = checks.number("plot_pressure", "at", at, "s") if at is not None else None
     k = int(sol.array(f"{name}.pressure").argmax() if when is None else np.abs(sol.time - when).argmin())
     directions = 2.0 * np.pi * np.arange(DIRECTIONS + 1) / DIRECTIONS
-    (x, y), *motion = _of_film(sol, name, k)
+    # Place of the journal and its rate, angles and spins of bearing and journal, each (2,)
+    shape = next(one for one in sol.shapes if isinstance(one, PointShape) and one.part == name)
+    nodes = [(shape.body, shape.node), *([shape.other[:2]] if shape.other else [])]
+    columns = [[f"{name}.{axis}" for axis in pair] for pair in (("ex", "ey"), ("vex", "vey"))]
+    columns += [[".".join(filter(None, (*node, angle))) for node in nodes] for angle in ("theta", "omega")]
+    (x, y), *motion = (
+        np.array([0.0 if one.startswith("ground.") else float(sol.array(one)[k]) for one in pair]) for pair in columns
+    )
     found = part.oiled.pressures(directions, np.array([x, y]), *motion)
     largest, thinnest = float(np.abs(found).max()), float(sol.array(f"{name}.film_thickness")[k])
     power, unit = style.prefixed("Pa", largest)
@@ -555,18 +560,6 @@ def plot_pressure(
     told = f"pressure of the film of {name} [{unit}] at t = {sol.time[k]:.5g} s, thinnest film {thinnest:.3g} m"
     figure.suptitle(f"{sol.name}: {told}" if title is None else title, fontsize="small")
     return figure
-
-
-def _of_film(sol: Solution, joint: str, k: int) -> list[np.ndarray]:
-    """Place of a journal and its rate, angles and spins of bearing and journal, each (2,), in row k."""
-    shape = next(one for one in sol.shapes if isinstance(one, PointShape) and one.part == joint)
-    nodes = [(shape.body, shape.node), *([shape.other[:2]] if shape.other else [])]
-    own = [[f"{joint}.{name}" for name in pair] for pair in (("ex", "ey"), ("vex", "vey"))]
-    of_bodies = [[".".join(filter(None, (*node, name))) for node in nodes] for name in ("theta", "omega")]
-    return [
-        np.array([0.0 if name.startswith("ground.") else float(sol.array(name)[k]) for name in names])
-        for names in (*own, *of_bodies)
-    ]
 
 
 def _rows(label: str, sol: Solution, joint: str, since: float | None) -> np.ndarray:

@@ -144,7 +144,10 @@ class Window:
             self._lines([sign.points], {**style, "depth": 0.002 if sign.kind == "force" else -0.002})
         for path, _ in self._scene.paths.values():
             self._lines([np.repeat(path[None], len(self._scene.time), axis=0)], {"color": TRACED, "line_width": 2})
-        self._joints()
+        for mark in (mark for mark in self._scene.marks if mark.kind != "journal"):
+            clear = mark.kind == "clearance"
+            style = {"color": CLEARANCE if clear else "black", "point_size": 14 if clear else 9, "depth": 0.004}
+            self._point(mark.points, {**style, "render_points_as_spheres": True})
         name = scene.name.encode("latin-1", "backslashreplace").decode("latin-1")  # VTK's font has no others
         self.plotter.add_text(name, position="upper_left", font_size=10, color="black")
         # Parallel view on the plane that holds the whole run
@@ -162,8 +165,7 @@ class Window:
     def go_to(self, now: int) -> None:
         """Show the pose number `now`; beyond the last one the motion begins again."""
         before, self._now = self._now, now % len(self._scene.time)
-        shift = np.append(self._centres[self._now] - self._centres[before], 0.0)
-        camera = self.plotter.camera
+        shift, camera = np.append(self._centres[self._now] - self._centres[before], 0.0), self.plotter.camera
         camera.focal_point, camera.position = camera.focal_point + shift, camera.position + shift
         for mesh, points, data in self._moving:
             mesh.points = points[self._now]
@@ -237,14 +239,6 @@ class Window:
     def _point(self, points: np.ndarray, style: dict[str, Any]) -> None:
         """Add a point (n, 2) that moves."""
         self._add(points[:, None], {}, style, verts=np.array([1, 0]))
-
-    def _joints(self) -> None:
-        for mark in self._scene.marks:
-            if mark.kind == "journal":
-                continue
-            clearance = mark.kind == "clearance"
-            style = {"color": CLEARANCE if clearance else "black", "point_size": 14 if clearance else 9, "depth": 0.004}
-            self._point(mark.points, {**style, "render_points_as_spheres": True})
 
     def _controls(self) -> None:
         time = self._scene.time

@@ -45,9 +45,7 @@ def tag(name: str, *content: Content, **attributes: str | bool | None) -> Markup
             continue
         word = key.rstrip("_").replace("_", "-")
         written += f" {word}" if value is True else f' {word}="{html.escape(value)}"'
-    if name in VOID:
-        return Markup(f"<{name}{written}>")
-    return Markup(f"<{name}{written}>{joined(content)}</{name}>")
+    return Markup(f"<{name}{written}>" if name in VOID else f"<{name}{written}>{joined(content)}</{name}>")
 
 
 def joined(content: Iterable[Content]) -> Markup:
@@ -230,9 +228,7 @@ def _finite(value: Any) -> Any:
         return value if abs(value) < float("inf") else None
     if isinstance(value, dict):
         return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return value
+    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def write_page(

@@ -12,10 +12,8 @@ from flexmb.errors import InputError
 from flexmb.late import xr
 from flexmb.model.mechanism import Mechanism
 from flexmb.results.solution import Solution
-from flexmb.show.reports.chaos_page import write_chaos
-from flexmb.show.reports.fit_page import write_fit
 from flexmb.show.reports.run_page import write_run
-from flexmb.show.reports.sweep_page import write_sweep
+from flexmb.show.reports.study_pages import write_chaos, write_fit, write_sweep
 
 if TYPE_CHECKING:
     from flexmb.design.fitting import Fit

@@ -115,8 +115,7 @@ def joints_with_contacts(sol: Solution) -> list[str]:
 
 def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
     """Journals for the scripts: clearance, values at the frames, and the path over all saved instants."""
-    every = np.unique(np.linspace(0, len(sol.time) - 1, MOST_POINTS).round().astype(int))
-    found = []
+    every, found = np.unique(np.linspace(0, len(sol.time) - 1, MOST_POINTS).round().astype(int)), []
     for joint in joints_with_contacts(sol):
         clearance = clearance_of(sol, joint)
         if clearance is None:
@@ -191,8 +190,14 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> html.Markup
         return html.section("Model", html.tag("p", UNKNOWN), html.facts([("signals of", names)]), anchor="model")
     bodies = [part for part in parts if part["kind"] == "body"]
     masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
-    other = (part for part in parts if part["kind"] != "body")
-    others = [[p["name"], p["class"], _ends(p["fields"]), _values(sol, p)] for p in other]
+    others = []
+    for part in (part for part in parts if part["kind"] != "body"):
+        joined = [part["fields"][key][0] for key in ("first", "second", "body", "joint") if key in part["fields"]]
+        between = " and ".join(str(name) for name in joined if isinstance(name, str))
+        speed = f"{part['name']}.speed"  # motions of a drive have the unit of its signals
+        unit = sol.units(speed) if speed in sol else ""
+        told = values_text(part["fields"], units={"rad/s or m/s": unit, "rad or m": unit[:-2]} if unit else None)
+        others.append([part["name"], part["class"], between, told])
     gx, gy = description.get("gravity", (0.0, 0.0))
     gravity = f"({html.number(gx)}, {html.number(gy)}) {pretty('m/s^2')}"
     mass = html.quantity(sum(mass or 0.0 for mass in masses), "kg")
@@ -203,19 +208,6 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> html.Markup
     listed = html.table("Bodies", heads, rows, numbers=[2]) if bodies else None
     rest = html.table("Joints, drives, loads and other parts", more, others) if others else None
     return html.section("Model", html.facts(summary), listed, rest, anchor="model")
-
-
-def _values(sol: Solution, part: Mapping[str, Any]) -> str:
-    """Values of a part in one line; motions of a drive have the unit of its signals."""
-    speed = f"{part['name']}.speed"
-    unit = sol.units(speed) if speed in sol else ""
-    return values_text(part["fields"], units={"rad/s or m/s": unit, "rad or m": unit[:-2]} if unit else None)
-
-
-def _ends(fields: Mapping[str, Any]) -> str:
-    """Bodies or joints that a part connects."""
-    names = [fields[key][0] for key in ("first", "second", "body", "joint") if key in fields]
-    return " and ".join(str(name) for name in names if isinstance(name, str))
 
 
 def _check_section(report: Report | str) -> html.Markup:
@@ -249,8 +241,7 @@ def energy_section(sol: Solution) -> html.Markup | None:
     for key, name in names.items():
         first, last = sol.array(name)[[0, -1]]
         rows.append([ENERGIES[key], html.number(first), html.number(last), html.number(sol.peak(name).value)])
-    made = html.table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3])
-    share = None
+    made, share = html.table(CAPTION, ["energy", "first", "last", "largest"], rows, numbers=[1, 2, 3]), None
     if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
         part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
         share = html.tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
@@ -261,18 +252,6 @@ def energy_section(sol: Solution) -> html.Markup | None:
 def _short(value: Any) -> str:
     text = value if isinstance(value, str) else ", ".join(map(str, value)) if isinstance(value, list) else str(value)
     return text if len(text) <= 400 else f"{text[:400]} ..."
-
-
-def _head(sol: Solution) -> html.Markup:
-    """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
-    span = f"{html.quantity(sol.time[0], 's')} to {html.quantity(sol.time[-1], 's')}"
-    saved, stats = counted(len(sol.time), "saved instant"), sol.stats
-    text = f"{span}, {saved}, {counted(stats.steps, 'step')}, {stats.wall_time:.3g} s of computing"
-    numbers = html.state_of("" if sol.ok else "not finished", html.tag("span", text))
-    if sol.ok and ". " not in sol.status:
-        return numbers
-    kind = "warning" if sol.ok else "error"
-    return html.joined([numbers, html.tag("p", sol.status, class_=f"told {kind}", role="status")])
 
 
 SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
@@ -313,13 +292,20 @@ def write_run(
     sections = html.joined([_body(sol, shown, known, description), settings])
     page = html.tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
-    return html.write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
+    # State and first numbers; the status where it tells more than the end
+    span = f"{html.quantity(sol.time[0], 's')} to {html.quantity(sol.time[-1], 's')}"
+    saved, stats = counted(len(sol.time), "saved instant"), sol.stats
+    text = f"{span}, {saved}, {counted(stats.steps, 'step')}, {stats.wall_time:.3g} s of computing"
+    head = html.state_of("" if sol.ok else "not finished", html.tag("span", text))
+    if not sol.ok or ". " in sol.status:
+        told = html.tag("p", sol.status, class_=f"told {'warning' if sol.ok else 'error'}", role="status")
+        head = html.joined([head, told])
+    return html.write_page(path, heading, head, links, page, SCRIPTS, data)
 
 
 def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> html.Markup:
     """All sections but the last one."""
-    panels = html.tag("div", class_="plots", id="plots")
-    first = html.tag("option", "Add a plot ...", value="")
+    panels, first = html.tag("div", class_="plots", id="plots"), html.tag("option", "Add a plot ...", value="")
     select = html.tag("select", first, id="more-signals", aria_label="Add a plot")
     hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
     more = html.tag("div", select, html.tag("p", hint, class_="hint"), class_="more")

@@ -67,8 +67,7 @@ def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np
         whole = [triangles[:, k] != triangles[:, j] for k, j in ((0, 1), (1, 2), (2, 0))]
         triangles = triangles[np.logical_and.reduce(whole)]
         triangles = triangles[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]]
-    kept = np.unique(np.concatenate([triangles.ravel(), *loops]))
-    number = np.zeros(len(points), dtype=np.int64)
+    kept, number = np.unique(np.concatenate([triangles.ravel(), *loops])), np.zeros(len(points), dtype=np.int64)
     number[kept] = np.arange(len(kept))
     return kept, number[triangles], [number[loop] for loop in loops]
 
@@ -121,8 +120,7 @@ class Nodes:
 def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> dict[str, Any]:
     """Mechanism at saved instants (n,) for the page; its poses must be saved; stresses need the moved one."""
     drawing.require_nodes(sol)
-    nodes = Nodes(sol, instants)
-    beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
+    nodes, beams = Nodes(sol, instants), [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     rigid = [shape for shape in sol.shapes if isinstance(shape, RigidShape)]
     points = [shape for shape in sol.shapes if isinstance(shape, PointShape)]
     drawn = {
