@@ -285,7 +285,8 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
     for shape in sol.shapes:
         if not isinstance(shape, kinds.PointShape):
             continue
-        points, name = path(sol, (shape.body, shape.node, shape.offset), instants), f"{shape.part}.normal_force"
+        points = path(sol, (shape.body, shape.node, shape.offset), instants)
+        name = f"{shape.part}.normal_force"
         force = sol.array(name)[instants] if name in sol else np.zeros(len(instants))
         slides = shape.along is not None
         ground = not slides and GROUND in (shape.body, shape.other[0] if shape.other is not None else "")

@@ -127,7 +127,8 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
     if mass < -1e-9 * wanted.mass:
         text = f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg."
         raise InputError(f"{text} Give a larger mass, a smaller section or density, or leave mass out.")
-    moment, shift = wanted.mass * centre - beam.mass * np.array(beam.centre), np.array(beam.centre) - centre
+    moment = wanted.mass * centre - beam.mass * np.array(beam.centre)
+    shift = np.array(beam.centre) - centre
     inertia = wanted.inertia - beam.inertia - beam.mass * float(shift @ shift)
     columns = [[1.0, *((p - centre) / radius), float((p - centre) @ (p - centre)) / radius**2] for p in places]
     columns.append([0.0, 0.0, 0.0, 1.0])  # the common moment of inertia, in units of mass radius^2
