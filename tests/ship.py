@@ -105,7 +105,7 @@ def compile_here() -> None:
     """Compile all for this machine: loops here, kernels and parts in another process, which shares the cache.
 
     A piece of code is lowered once in each process that compiles with it, so loops stay together, and so do kernels and
-    the helpers of kernels.
+    the helpers of kernels.  Loops come before the runs, whose kernels the other process has compiled then.
     """
     from flexmb.engine.compiled import ahead
     from flexmb.engine.dormand_prince.method import advance_dormand_prince
@@ -116,6 +116,8 @@ def compile_here() -> None:
     loops = advance, advance_radau, advance_dormand_prince, advance_explicit
     ahead.asked.update(f"{one.__module__}.{one.__qualname__}" for one in loops)  # no process for each
     with subprocess.Popen([sys.executable, __file__, "--parts"]) as second:
+        for one in loops:
+            one.compile(ahead.argument_types(one.py_func))
         compile_loops()
     if second.returncode:
         sys.exit("Kernels and parts could not be compiled; see above.")

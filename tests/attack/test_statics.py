@@ -83,6 +83,7 @@ def test_what_no_load_holds_is_refused(load, monkeypatch):
         fm.static_equilibrium(fm.Mechanism("free", parts, gravity=DOWN))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [1.02, 2.0, 6.5, 30.0])
 @pytest.mark.parametrize("load_steps", [1, 10])
 def test_a_shallow_arch_does_not_snap_through_unseen(share, load_steps):

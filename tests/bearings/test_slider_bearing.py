@@ -38,6 +38,7 @@ def forces(y, tau, U, rate, turning):
     return np.array(slider.force(numbers(), y, tau, U, rate, turning)[0])
 
 
+@pytest.mark.slow
 def test_squeeze_between_parallel_faces():
     """A narrow plate: mu L b^3 V/h^3, on the face that comes nearer (B. J. Hamrock 1994)."""
     for y, rate in ((0.0, 0.02), (4e-5, 0.02), (4e-5, -0.03)):

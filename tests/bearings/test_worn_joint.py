@@ -424,6 +424,7 @@ def test_runs_with_any_profile_reach_their_end(name):
 # Pictures and bad input
 
 
+@pytest.mark.slow
 def test_the_picture_shows_surface_depth_and_volume(life, tmp_path):
     figure = fm.plot_wear(life, WORN)
     polar, _, deepest, volume = figure.axes

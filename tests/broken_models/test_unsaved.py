@@ -204,6 +204,7 @@ def cantilever(mesh, force=1.0):
     return fm.Mechanism("cantilever", [plate, fm.Fixed("wall", fm.GROUND, plate, at=(0.0, 0.05)), load])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "along", "across"),
     [

@@ -149,6 +149,7 @@ def test_a_long_vibration_is_noted():
     assert any("The vibration of 30.56 Hz (mostly mass.x)" in note and "of its phase" in note for note in sol.notes)
 
 
+@pytest.mark.slow
 def test_a_long_driven_vibration_is_noted_as_large_as_it_is():
     """A base that starts to swing at once leaves an undamped vibration beside the one that follows it."""
     speed, omega, span = 3.0, 192.0, 40.0

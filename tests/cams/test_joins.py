@@ -145,6 +145,7 @@ def test_one_side_carries_where_two_chains_meet_away_from_the_hollow_corner(way)
         assert max(gaps) > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "start", [pytest.param(0.0, marks=pytest.mark.slow), pytest.param(0.001, marks=pytest.mark.slow), 0.01, 0.05]
 )

@@ -100,6 +100,7 @@ def stadium(half, radius, centre, angle=0.0):
     return fm.cams.Outline(moved(corners, centre, angle), (0.0, 1.0, 0.0, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("swapped", [False, True])
 def test_one_contact_carries_along_lines_and_arcs(swapped):
     """A semicircle slides from the straight side of another stadium over its semicircle, 1e-5 m deep all along."""

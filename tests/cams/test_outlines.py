@@ -209,6 +209,7 @@ def test_a_pin_turns_a_geneva_wheel_by_a_quarter_a_turn():
     assert np.abs(sol["energy.residual"].values).max() < 1e-2 * sol["energy.turned_over"].values[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pin_first", [False, True])
 def test_a_geneva_wheel_of_two_outlines_turns_like_that_of_a_circle(pin_first):
     mech = geneva()

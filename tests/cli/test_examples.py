@@ -259,6 +259,7 @@ def test_whip(printed):
     assert float(re.findall(r"energy lost (\S+) of", text)[0]) < 1e-3
 
 
+@pytest.mark.slow
 def test_gripper(printed):
     text = printed("gripper")
     grips = numbers(r"jaw # N \(leaf springs #\)", text)

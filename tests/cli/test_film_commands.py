@@ -17,6 +17,7 @@ def saved(tmp_path_factory):
     return str(solution().to_netcdf(tmp_path_factory.mktemp("run") / "hand.nc"))
 
 
+@pytest.mark.slow
 def test_a_film(saved, tmp_path, capsys):
     out = tmp_path / "out" / "x.gif"
     options = "--seconds 0.4s --fps 10 --size 240x200 --from 0.25 --to 500ms --magnify 2 --colour none --traces crank"

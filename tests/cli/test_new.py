@@ -34,6 +34,7 @@ def alternative(text, commented, replaced):
     return re.sub(replaced, "", text, flags=re.MULTILINE) if replaced else text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("commented", "replaced", "part", "kind"),
     [

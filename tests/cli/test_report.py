@@ -14,6 +14,7 @@ open("executed", "a").close()
 """
 
 
+@pytest.mark.slow
 def test_the_page_of_a_run_can_be_written_again(tmp_path, capsys):
     assert main([*RUN, str(tmp_path)]) == 0
     capsys.readouterr()

@@ -75,6 +75,7 @@ def test_ranges_that_are_none(text):
         values_of(text, SPEED)
 
 
+@pytest.mark.slow
 def test_dataset_and_picture(model, capsys):
     arguments = ["sweep", model, "--speed", "10:20:3", "--out", "results", "--length", "500mm", *SHORT[:-1]]
     assert main(arguments) == 1  # one point failed

@@ -133,6 +133,7 @@ def test_a_full_disk_is_said_and_nothing_else(module, tmp_path, capsys, monkeypa
     assert "No space left on device" in said
 
 
+@pytest.mark.slow
 def test_files_that_are_cut_by_the_system(module, tmp_path, capsys):
     """No file may grow beyond 1000 bytes: the run goes on, and the next one, with room, keeps its code."""
     shutil.rmtree(tmp_path / "cache")
@@ -149,6 +150,7 @@ def test_files_that_are_cut_by_the_system(module, tmp_path, capsys):
     assert results(module) == (EXPECTED, 0)
 
 
+@pytest.mark.slow
 def test_an_index_never_leads_to_code_of_other_sources(module, tmp_path, monkeypatch):
     """A process that is killed between its two files leaves new code behind an old index."""
     first = results(module)

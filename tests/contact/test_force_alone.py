@@ -155,6 +155,7 @@ def made_with(stiffness):
     return closed_over
 
 
+@pytest.mark.slow
 def test_surroundings_are_kept_apart_and_pickled():
     """Two laws of one text: their machine code may not be exchanged, neither in memory nor on disk."""
     for stiffness in (3.0, 5.0):

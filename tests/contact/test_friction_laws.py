@@ -203,6 +203,7 @@ def after(law, slip, load, t_end, steps):
     return T, z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "load", [lambda t: 10.0, lambda t: 10.0 + 6.0 * math.sin(23.0 * t)], ids=["constant", "changing"]
 )
@@ -242,6 +243,7 @@ def test_bristles_shorter_than_a_step_are_quasi_static(steps):
         assert pytest.approx(-load * math.copysign(g, slip), abs=left) == T
 
 
+@pytest.mark.slow
 def test_a_block_on_undamped_bristles_keeps_its_energy_as_on_a_spring():
     """Far below break-away, 50 periods by the trapezoidal rule, 20 steps a period: force and slip of the bristles."""
     law, mass, w = fm.friction.LuGre(0.3, 0.3, stiffness=1e4), 1.0, 100.0

@@ -61,6 +61,7 @@ def swinging(speed, *, largest, t_end=0.02):
     return np.linspace(0.0, t_end, 4001), np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ["onset", pytest.param("largest", marks=pytest.mark.slow)])
 def test_at_rest_under_load(reference):
     """The contact swings about its depth at rest, damped as an impact is, and not more."""

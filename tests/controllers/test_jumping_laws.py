@@ -86,6 +86,7 @@ def test_the_error_of_a_relay_falls_with_the_tolerance():
     assert max(errors) < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [DAMPING, 0.1, 0.37])
 def test_the_error_of_a_relay_falls_with_the_tolerance_and_with_a_damper(damping):
     """A damper turns the acceleration round between two jumps, which hid them from the estimate of the error."""

@@ -63,6 +63,7 @@ def test_newmark_agrees_by_its_tolerance():
     assert last(sol, "rotor.omega") == pytest.approx(last(exact, "rotor.omega"), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_a_switching_law_is_exact():
     """A rotor between two torques: parabolas from instant to instant."""
     law = fm.Control("servo", ["rotor.theta"], ["shaft"], bang_bang, numbers=(0.05, 0.3), sample=0.01)

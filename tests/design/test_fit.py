@@ -64,6 +64,7 @@ def test_standard_errors_have_the_size_of_the_scatter(records):
     assert (rms > (0.6 if records == 20 else 0.0)).all()  # twenty records: 1 +- 0.16
 
 
+@pytest.mark.slow
 def test_parameters_that_the_data_do_not_tell_apart_are_named():
     def two_springs(first: float, second: float) -> fm.Mechanism:
         return oscillator(first + second, 0.5)

@@ -21,6 +21,7 @@ def pushed(mass: float = 1.0, force: float = 1.0) -> fm.Mechanism:
     return fm.Mechanism("pushed", [body, guide, fm.Force("push", body, at=(0.0, 0.0), force=(force, 0.0))])
 
 
+@pytest.mark.slow
 def test_least_value_at_a_limit():
     """Least travel x = 1 / (2 m) under the limit that the speed 1 / m stays above .8."""
     found = fm.design.optimise(
@@ -205,6 +206,7 @@ def cranked(crank: float, rod: float) -> fm.Mechanism:
     return slider_crank(speed=523.5987755982989, data=SliderCrankData(crank=crank, rod=rod))
 
 
+@pytest.mark.slow
 def test_one_number_has_all_of_the_variance_of_one_measure():
     laws = {"force": Uniform(1.0, 2.0)}
     found = fm.design.spread(pushed, laws, of=[at_end("body.x")], t_end=1.0, samples=32, sobol=True, step=0.1)

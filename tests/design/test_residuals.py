@@ -55,6 +55,7 @@ def correlated():
     )
 
 
+@pytest.mark.slow
 def test_a_fit_tells_correlated_residuals(correlated):
     r = correlated.residuals["body.x"].attrs["correlation"]
     assert r == pytest.approx(0.8, abs=0.05)
@@ -112,6 +113,7 @@ def test_signals_share_an_offset_in_all_pieces(shared):
         assert abs(shared.parameters[name] - true) < 3.5 * shared.errors[name]
 
 
+@pytest.mark.slow
 def test_an_offset_that_a_parameter_hides_is_named():
     """The whole mechanism stands somewhere along x, and the sensor has an offset: the data show their sum alone."""
 

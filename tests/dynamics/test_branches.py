@@ -201,6 +201,7 @@ def test_van_der_pol_is_followed_with_its_period():
         assert p.period == pytest.approx(2 * math.pi / series, abs=2e-3 * m**5 + 1e-9)
 
 
+@pytest.mark.slow
 def test_impact_oscillator_flips_where_its_closed_form_does():
     # the orbit flips where trace = -(1 + e^2), the determinant being e^2
     F, W, e = 1.0, 2.6, 0.8
@@ -224,6 +225,7 @@ def bracket(F, W, e):
     return walls[k], walls[k + 1]
 
 
+@pytest.mark.slow
 def test_impact_oscillator_at_a_wall_in_the_middle_flips_at_the_published_frequency():
     # Shaw and Holmes 1983: with the wall at the rest position and e = 0.8 the orbit flips at W = 2.65
     closed = Closed(1.0, 2.5, 0.8, 0.0)

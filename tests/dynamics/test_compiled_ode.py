@@ -145,6 +145,7 @@ def test_a_jump_across_the_level_is_a_crossing_with_and_without_compilation():
     assert both[0][1] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fast", [True, False])
 def test_a_motion_may_end_within_round_off_behind_an_impact(fast):
     impact = math.sqrt(2.0 / 9.8)
@@ -201,6 +202,7 @@ def test_small_motions_of_the_valve_grow_below_its_hopf_bifurcation(q, grows):
     assert (section.state()[0] - y > before) == grows
 
 
+@pytest.mark.slow
 def test_a_short_passage_behind_the_wall_is_not_stepped_over():
     # The ball is thrown so that it would pass a ceiling by 1e-6 of its way for a moment.
     @numba.njit

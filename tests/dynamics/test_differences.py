@@ -39,6 +39,7 @@ def test_tangents_are_the_same_in_any_unit(scale):
     np.testing.assert_allclose(T.ravel(), known, rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-5, 1e5])
 def test_multipliers_of_an_orbit_do_not_depend_on_the_unit(scale):
     orbit = fm.chaos.periodic_orbit(duffing(scale), settle=50)

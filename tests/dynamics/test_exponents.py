@@ -284,6 +284,7 @@ def test_two_trajectories_and_tangents_agree(make, options):
     assert abs(pair.value - tangent.value) < 4.0 * np.hypot(pair.error, tangent.error)
 
 
+@pytest.mark.slow
 def test_a_mechanism_at_rest():
     """A damped rod that hangs: -c / 2 = -0.05."""
     still = mechanisms.rod(push=0.0)

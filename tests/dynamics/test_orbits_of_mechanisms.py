@@ -62,6 +62,7 @@ def test_error_controlled_steps_find_it_as_well():
     np.testing.assert_allclose(motion["mass.x"].values - 1, (x * np.exp(1j * W * t)).real, atol=3e-4 * abs(x))
 
 
+@pytest.mark.slow
 def test_driven_mass_is_followed_along_a_parameter():
     T = 2 * math.pi / W
     orbit = periodic_orbit(MechanismFlow(shaken(), step=T / 400, period=T), tangent="differences")
@@ -124,6 +125,7 @@ def test_histories_of_friction_must_come_back_and_those_of_contacts_are_handed_o
     assert space.length(space.difference(one, other)) < 1e-12
 
 
+@pytest.mark.slow
 def test_multipliers_that_steps_make_uncertain_are_told():
     """Steps that change from run to run are 41 % of a difference of motions with impacts, and none of a smooth one."""
     T, (mass, *others) = 2 * math.pi / W, shaken().parts

@@ -139,6 +139,7 @@ def test_van_der_pol():
     assert orbit.stable
 
 
+@pytest.mark.slow
 def test_stiff_van_der_pol():
     # mu = 5: 11.612230667 (the same source, and M. Urabe, IRE Trans. Circuit Theory 7 (1960) 382-386)
     orbit = periodic_orbit(flows["van_der_pol"](5.0), period=11.0, autonomous=True, settle=3)

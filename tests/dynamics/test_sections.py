@@ -72,6 +72,7 @@ def test_a_pendulum_stands_still_every_period():
     assert np.abs(found["bar.theta"].values + np.pi).max() < 2e-6
 
 
+@pytest.mark.slow
 def test_a_section_on_a_force():
     """The pin pushes the bar along X with m times the acceleration of its centre: 3 N where that is so.
 
@@ -133,6 +134,7 @@ def test_the_rate_of_a_depth_is_its_signal():
     assert rate == pytest.approx(flow.observe()[flow.names.index("B.penetration_rate")], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_signal_that_rests_on_its_level_does_not_cross_it():
     """The slider stands still at its dead point until the pin has crossed its play."""
     found = fm.chaos.section(worn(), "slider.vx", keep=3)

@@ -83,6 +83,7 @@ class VanDerPol(fm.Element):
     coords = ("body.x",)
 
 
+@pytest.mark.slow
 def test_exponents_of_van_der_pol():
     """0 along the limit cycle; the other one is the mean of the divergence 1 - x^2 along it, by quadrature."""
     cycle = solve_ivp(

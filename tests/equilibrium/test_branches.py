@@ -41,6 +41,7 @@ def test_a_pressed_rod_without_torque_stays_upright():
     assert found.stable is False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lean", [pytest.param(1e-3, marks=pytest.mark.slow), -1e-3, 0.3])
 def test_a_leaning_pendulum_on_a_soft_spring_falls_to_its_side(lean):
     head = (math.sin(lean), math.cos(lean))
@@ -91,6 +92,7 @@ def test_a_column_bends_to_the_side_of_a_small_load(factor, across):
     assert found.stable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [-0.5 * math.pi, -1.5, -1.2, -0.8, 0.3])
 def test_a_hanging_particle_is_found_wherever_it_was_drawn(angle):
     """A particle on a rod without mass hangs straight down: sqrt(g/l) / 2 pi."""
@@ -103,6 +105,7 @@ def test_a_hanging_particle_is_found_wherever_it_was_drawn(angle):
     assert fm.modes(mechanism, at=found).frequencies == pytest.approx([frequency], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.1, 0.3, 0.7])
 def test_a_load_on_a_trolley_hangs_straight_down(tilt):
     at = (math.sin(tilt), -math.cos(tilt))

@@ -127,6 +127,7 @@ def test_other_methods_are_refused(client, crank_page):
         assert client.request(method, f"/{query}").status_code == 405
 
 
+@pytest.mark.slow
 def test_the_newest_run_is_saved(crank_page, tmp_path):
     view = crank_page.set(speed=200.0, clearance=1e-4)
     url = urlsplit(crank_page.url)

@@ -100,6 +100,7 @@ def spun(body, start=None):
     return stress.mean(axis=0), sol["hub.force"].values.mean()
 
 
+@pytest.mark.slow
 def test_the_centrifugal_stress_of_a_reduced_bar():
     body = fm.Reduced(bar(), modes=12, inertia_shapes=True)  # six leave 11 % of it in the middle
     stress, pull = spun(body, fm.static_equilibrium(rotor(body), spin=SPEED))
@@ -107,6 +108,7 @@ def test_the_centrifugal_stress_of_a_reduced_bar():
     assert pull == pytest.approx(PULL, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_centrifugal_stress_of_a_mesh():
     """Over two milliseconds, thirteen waves along the bar that the sudden start leaves."""
     stress, pull = spun(bar())
@@ -114,6 +116,7 @@ def test_the_centrifugal_stress_of_a_mesh():
     assert pull == pytest.approx(PULL, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_mesh_starts_in_its_steady_rotation():
     stress, pull = spun(bar(), fm.static_equilibrium(rotor(bar()), spin=SPEED))
     assert stress == pytest.approx(CENTRIFUGAL, rel=3e-3)

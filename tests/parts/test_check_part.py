@@ -510,6 +510,7 @@ def test_report_reads_as_a_table():
     assert any("torsion_spring_kernel: K = dr/dq" in line and "12 states" in line for line in lines)
 
 
+@pytest.mark.slow
 def test_same_seed_same_report():
     mechanism, part = BUILT_IN["SpringDamper"]
     assert check_part(mechanism, part, seed=3) == check_part(mechanism, part, seed=3)

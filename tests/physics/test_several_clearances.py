@@ -108,6 +108,7 @@ def test_nine_bar_with_two_and_three_plays(joints):
 KINDS = {"ideal": lambda joint: joint, "bushing": elastic, "clearance": with_play}
 
 
+@pytest.mark.slow
 def test_all_combinations_of_joint_and_rod():
     """3 kinds of joint A x 3 of joint B, each with a rigid and a flexible rod: a short time, near the ideal motion."""
     ideal, end = slider_crank(SPEED), 0.3 * 2.0 * math.pi / SPEED

@@ -62,6 +62,7 @@ def test_rigid_properties_are_those_of_the_mass_matrix(name):
     assert spin @ M @ spin == pytest.approx(about_origin, rel=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in BODIES if name != "damped"])
 def test_energy_of_a_swinging_body_is_kept(name):
     """Radau's method at 1e-9: what is lost of kinetic, strain and potential energy; the bodies bend by a tenth."""

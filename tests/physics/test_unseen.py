@@ -167,6 +167,7 @@ def test_a_fast_load_is_followed(frequency, method):
     assert sol.stats.largest_step <= 0.05001 / frequency
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["own", "table"])
 def test_a_fast_load_without_a_period_is_followed(kind):
     times = np.arange(0.0, 0.2 + 2.5e-5, 5e-5)

@@ -16,6 +16,7 @@ def axes():
     return Figure().subplots()
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.integers(2, 3000))
 def test_every_value_lies_in_the_band_and_the_extremes_are_kept(seed, n):
     rng = np.random.default_rng(seed)

@@ -58,6 +58,7 @@ def test_a_motionless_run_keeps_its_frames(tmp_path):
     assert len(frames_of(fm.animate(still, tmp_path / "x.gif", seconds=1.0, fps=12.0, size=(200, 160)))) == 12
 
 
+@pytest.mark.slow
 def test_an_mp4_has_seconds_times_fps_frames(sol, tmp_path):
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="films as .mp4 need the extra `film`")
     path = fm.animate(sol, tmp_path / "x.mp4", seconds=0.4, fps=20.0, size=(241, 181), colour=None)

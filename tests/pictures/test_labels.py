@@ -78,6 +78,7 @@ def overlapping(figure):
     return pairs, [name.get_text() for name, is_in in zip(names, inside, strict=True) if not is_in], len(names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -119,7 +120,7 @@ def test_the_nine_bar_names_o1_and_p1_apart():
     assert not one.overlaps(two)
 
 
-@pytest.mark.quick(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nine_bar", "nine_bar_flexible", "slider_crank"])
 def test_lengths_hide_neither_rings_nor_triangles_nor_links(name):
     figure = ready()[name].plot(lengths=True)

@@ -133,6 +133,7 @@ def test_pictures_leave_pyplot_alone():
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_the_mechanism_at_six_instants(sol):
     figure = render(sol)
     shown = [ax for ax in figure.axes if ax.get_visible()]
@@ -174,7 +175,7 @@ def test_a_body_without_extent_is_a_square(sol):
     assert "s" in {line.get_marker() for line in ax.lines}
 
 
-@pytest.mark.quick(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "count",
     [
@@ -219,6 +220,7 @@ def test_any_number_of_instants(sol, n):
     assert sum(ax.get_visible() for ax in figure.axes) == n
 
 
+@pytest.mark.slow
 def test_the_picture_is_written(sol, tmp_path):
     path = tmp_path / "out" / "a.png"
     render(sol, path=path, size=(6.0, 4.0))

@@ -44,6 +44,7 @@ def hung(body, **changes):
     return fm.Mechanism("pendulum", [body, joint], gravity=(0.0, -9.81), **changes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interface", [pytest.param("rigid", marks=pytest.mark.slow), "averaged"])
 def test_frequencies_of_the_mechanism_are_those_of_the_matrices(interface):
     """Modes of the compiled cells and pins beside the eigenvalues of scikit-fem's matrices, free and clamped.

@@ -48,6 +48,7 @@ SIZES = {
 ALL_SLOW = [pytest.param("all nodes", marks=pytest.mark.slow), "reduced", "by a pin"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", ALL_SLOW[:2])
 def test_a_ring_buckles_under_a_pressure_that_follows_it_and_later_under_one_that_does_not(size):
     """Critical forces per length of a slim ring, over EI/R^3: 3 (M. Levy, J. Math. Pures Appl. 10 (1884) 5) if they
@@ -246,6 +247,7 @@ def test_a_share_of_a_load_changes_its_own_parameters_alone():
         assert np.all(whole[changed] != np.round(whole[changed]))
 
 
+@pytest.mark.slow
 def test_too_large_a_pressure_has_no_equilibrium_and_says_so():
     with pytest.raises(SolveError):
         fm.static_equilibrium(clamped(bar(), fm.loads.EdgePressure("p", bar(), "top", 1e12)))

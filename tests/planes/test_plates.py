@@ -28,6 +28,7 @@ def quality(mesh: PlaneMesh) -> np.ndarray:
     return 4 * math.sqrt(3) * area / (sides**2).sum(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.012, 0.008, pytest.param(0.004, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 @pytest.mark.parametrize("kind", ["tri6", "tri3"])

@@ -132,6 +132,7 @@ def test_no_shape_of_rotation_where_it_is_none_of_its_own_or_has_no_room():
     assert max(load.stress_error for one in found for load in one.loads.values()) < 1e-9
 
 
+@pytest.mark.slow
 def test_given_loads():
     """A field is an acceleration of gravity; forces act at the points of the model."""
     small = eyes(modes=3)

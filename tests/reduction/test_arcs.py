@@ -86,7 +86,7 @@ def stiffened(body, at, spin):
     return (fast**2 - still**2) / spin**2
 
 
-@pytest.mark.quick(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("frame", ["chord", "pin"])
 def test_a_turning_arc_is_stiffened_as_it_is_with_all_nodes(frame):
     """Centrifugal forces bend an arc, so forces inside it count; those of the pins alone are of the wrong sign."""
@@ -98,6 +98,7 @@ def test_a_turning_arc_is_stiffened_as_it_is_with_all_nodes(frame):
     assert abs(pins_alone[1] / full[1] - 1.0) > 0.5
 
 
+@pytest.mark.slow
 def test_a_ring_that_is_clamped_to_its_axis():
     """The table of docs/theory/reduced.md: a quarter ring on a hub of radius 0."""
     link = fm.FlexibleLink("arc", (0.0, 0.0), (R, R), section=SECTION, material=STEEL, elements=12, turn=0.5 * math.pi)

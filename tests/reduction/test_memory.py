@@ -11,6 +11,7 @@ from flexmb.elastic.reduced.models import model_of
 STEEL = fm.Material(young=2.07e11, density=7850.0, poisson=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [4e-3, 2e-3])
 def test_geometric_stiffness_takes_a_few_times_its_own_size(size):
     """Lists of rows take 50 bytes more for each entry, which are 1.2 GB of a body of 200,000 nodes."""

@@ -97,6 +97,7 @@ def spun():
     return tip(fm.simulate(spinning_beam(), t_end=16.0), 10.0).min()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "within"),
     [({"frame": "pin"}, 0.005), ({}, 5e-4), pytest.param({"inertia_shapes": True}, 5e-4, marks=pytest.mark.slow)],
@@ -138,6 +139,7 @@ def test_columns_buckle_at_eulers_load(frame_of):
     assert fm.buckling(held(small, push)).factors[0] == pytest.approx(euler, rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.5, 0.5 * math.pi, -2.0])
 @pytest.mark.parametrize("pins", [None, ("start",)])
 def test_the_direction_of_a_body_does_not_matter(angle, pins):
@@ -170,6 +172,7 @@ def test_a_heavy_column_needs_shapes_of_inertia(options, factor, within):
     assert fm.buckling(standing).factors[0] / HEAVY == pytest.approx(factor, rel=within)
 
 
+@pytest.mark.slow
 def test_a_hanging_rod_is_stiffened_by_its_weight():
     """A thin rod of 2 m on a hinge: its pins alone are off by 1.5 % in the second frequency."""
     rod = fm.FlexibleLink(
@@ -215,6 +218,7 @@ def test_a_turning_beam_has_the_frequencies_of_all_its_nodes():
     assert frequencies(small) == pytest.approx(frequencies(rod()), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", [pytest.param("corotated", marks=pytest.mark.slow), "total-lagrange"])
 def test_plane_bodies_buckle_as_their_meshes_do(formulation):
     """A link with wide holes: forces of rigid pins do work where their nodes turn; without, 13 % too much."""

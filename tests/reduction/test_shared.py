@@ -52,6 +52,7 @@ def test_plane_bodies_share_wherever_they_lie():
     assert np.hypot(second.x - first.x, second.y - first.y) == pytest.approx(0.12)
 
 
+@pytest.mark.slow
 def test_options_are_told_apart():
     body = plane()
     options = [{"modes": 3}, {"modes": 6}, {"modes": 3, "frame": "pin"}, {"modes": 3, "inertia_shapes": True}]
@@ -76,6 +77,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [

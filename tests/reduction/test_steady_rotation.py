@@ -98,6 +98,7 @@ def test_shapes_of_inertia_hold_the_stress_of_a_steady_rotation(kind, within, pi
     assert not notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "options", "share"),
     [

@@ -109,6 +109,7 @@ def test_reversed_shear_has_the_damage_of_its_planes():
     assert found.damage == pytest.approx(damage, rel=0.05)  # (1 + s/2 tau)^5 with the normal stress s
 
 
+@pytest.mark.slow
 def test_steady_shear_with_a_ripple_does_no_damage():
     stresses, found = sheared(fm.drives.Harmonic(0.01, frequency=FREQUENCY, mean=1.0))
     tau = np.abs(stresses.txy.values)

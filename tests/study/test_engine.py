@@ -428,6 +428,7 @@ def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path):
     assert lines_of(tmp_path / "cut.times") == [{"wall": 1.0}, {"wall": 2.0}, {"wall": 3.0}]
 
 
+@pytest.mark.slow
 def test_a_quick_look_in_the_same_folder_leaves_the_whole_study_as_it_was(study, tmp_path, journal):
     study.shows(lambda effort: (figure(6, ramp("a", journal, {"full": 1.0, "quick": 2.0}[effort.name])),))
     for words in ((), ("--quick",), (), ("--quick",)):
@@ -435,6 +436,7 @@ def test_a_quick_look_in_the_same_folder_leaves_the_whole_study_as_it_was(study,
     assert computed(journal) == ["a", "a"]
 
 
+@pytest.mark.slow
 def test_values_that_failed_are_told_each_time(study, tmp_path, journal, capsys, monkeypatch):
     """A diagram that was kept with them is found again, but never called whole."""
 

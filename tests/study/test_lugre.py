@@ -62,6 +62,7 @@ def test_bristles_are_gone_when_the_surfaces_part():
     assert new[0] == 0.0
 
 
+@pytest.mark.slow
 def test_contracts():
     mechanism = case("rigid", 2.5, friction="lugre").mechanism()
     assert mechanism.find("P1").friction == FRICTION["lugre"] == LAW

@@ -68,6 +68,7 @@ def nine_bar_reaction():
     return data["static"].values, data["dynamic"].values
 
 
+@pytest.mark.slow
 def test_a_third_speed_gives_the_same_parts(nine_bar_reaction):
     from flexmb.statics.inverse_dynamics import inverse_dynamics
 

@@ -47,6 +47,7 @@ def rates(signal, periods):
     return np.where(numbers >= 100, growth / periods, np.nan)
 
 
+@pytest.mark.slow
 def test_far_neighbours_of_the_sum_show_no_exponent_at_all(rows):
     far = rates(rows.ravel(), 1)[EDGES[:-1] >= 0.01]
     assert np.isfinite(far).sum() >= 2
@@ -58,6 +59,7 @@ def test_neighbours_as_far_as_the_chaos_is_large_show_the_wrong_sign(rows):
     assert at_its_size < -0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [np.ravel, lambda rows: without_periodic_part(rows).ravel()], ids=["sum", "rest"])
 def test_near_neighbours_show_the_exponent(rows, make):
     found = rates(make(rows), 4)

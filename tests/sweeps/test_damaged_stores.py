@@ -133,6 +133,7 @@ def exchanged(one, other):
     other.write_bytes(kept)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "again"), [pytest.param("diagram", diagram_in, marks=pytest.mark.slow), ("sweep", sweep_in)]
 )

@@ -83,6 +83,7 @@ def test_noise_on_a_periodic_signal_is_no_chaos(signals, method, level):
     assert np.isnan(found.value), found.status
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [METHODS[0], pytest.param(METHODS[1], marks=pytest.mark.slow), METHODS[2]])
 def test_times_and_interval_say_the_same(signals, method):
     x, interval = signals["lorenz z"]
@@ -90,6 +91,7 @@ def test_times_and_interval_say_the_same(signals, method):
     assert method(x, interval * np.arange(1500)).value == pytest.approx(method(x, interval).value, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_unit_and_offset_do_not_matter(signals, method):
     x, interval = signals["henon x"]

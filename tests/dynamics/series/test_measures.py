@@ -39,6 +39,7 @@ def test_independent_samples_share_only_what_finite_records_feign(signals):
     assert fm.chaos.mutual_information(x, 20)[1:].mean() == pytest.approx((bins - 1) ** 2 / (2 * len(x)), rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "dimension"),
     [("logistic", 1), ("henon x", 2), ("henon y", 2), ("sine", 2), ("lorenz x", 3), ("lorenz z", 3), ("rossler x", 3)],
@@ -190,6 +191,7 @@ def test_cycle_of_a_map_has_dimension_0(signals, name):
     assert fm.chaos.correlation_dimension(signals[name][0]).value == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["noise", "constant", "ramp"])
 def test_what_has_no_dimension(signals, name):
     found = fm.chaos.correlation_dimension(signals[name][0])
