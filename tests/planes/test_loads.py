@@ -48,7 +48,6 @@ SIZES = {
 ALL_SLOW = [pytest.param("all nodes", marks=pytest.mark.slow), "reduced", "by a pin"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", ALL_SLOW[:2])
 def test_a_ring_buckles_under_a_pressure_that_follows_it_and_later_under_one_that_does_not(size):
     """Critical forces per length of a slim ring, over EI/R^3: 3 (M. Levy, J. Math. Pures Appl. 10 (1884) 5) if they
