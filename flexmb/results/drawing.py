@@ -89,17 +89,21 @@ class Surface:
 
     @cached_property
     def stress(self) -> np.ndarray:
-        """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 without materials."""
+        """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 where they are unknown."""
         shape = self.shape
         if not shape.materials:
-            return np.zeros((*self.points.shape[:2], 4))
+            own = np.zeros((*self.points.shape[:2], 4))
+            if not shape.fibres:
+                return own
+            own[..., 0] = self._shortened @ np.array(shape.fibres).T
+            return turned(own, reduced.deformed(shape, self.poses)[1][:, None] + fibre_angles(shape))
         number = shape.material_of or (0,) * len(shape.cells)
         mesh = np.array(shape.points), self.cells, shape.kind, np.array(shape.materials)[list(number)]
         if not shape.basis:
             return plane.nodal_stresses(*mesh, moved_points(shape, self.poses))
         shapes = np.array(shape.basis).T.reshape(-1, len(shape.points), 2)
         own = np.einsum("ti,ims->tms", self._shortened, plane.linear_stresses(*mesh, shapes), optimize=True)
-        return turned(own, reduced.deformed(shape, self.poses)[1])
+        return turned(own, reduced.deformed(shape, self.poses)[1][:, None])
 
     @cached_property
     def von_mises(self) -> np.ndarray:
@@ -134,9 +138,16 @@ def moved_points(shape: kinds.MeshShape, poses: np.ndarray) -> np.ndarray:
     return carried(poses[:, carriers[:, 0].astype(np.int64)], carriers[:, 1:])
 
 
+def fibre_angles(shape: kinds.MeshShape) -> np.ndarray:
+    """Directions (m,) of the beams of a reduced body at its points, right and left of four places an element [rad]."""
+    right, left = np.moveaxis(np.array(shape.points).reshape(-1, 2, 4, 2), 1, 0)
+    x, y = np.moveaxis(left - right, -1, 0)
+    return np.tile(np.arctan2(-x, y)[:, None], (1, 2, 1)).ravel()
+
+
 def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Stresses (n, m, 4) sx, sy, txy, sz in axes from which their own ones are turned by angles (n,) [rad]."""
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    """Stresses (n, m, 4) sx, sy, txy, sz in axes from which their own ones are turned by angles (n or 1, m or 1)."""
+    c, s = np.cos(angle), np.sin(angle)
     sx, sy, t, sz = np.moveaxis(stress, -1, 0)
     xx, yy = c * c * sx + s * s * sy - 2.0 * c * s * t, s * s * sx + c * c * sy + 2.0 * c * s * t
     return np.stack([xx, yy, c * s * (sx - sy) + (c * c - s * s) * t, sz], axis=-1)
