@@ -119,7 +119,7 @@ def test_drawn_sides_lie_on_two_circles():
 
 
 def test_stresses_of_an_arc():
-    """Clamped quarter ring under a moment M at its tip: the same everywhere, by Winkler and Bach (radius r0 without stress)."""
+    """Clamped quarter ring under a moment M at its tip: stress by Winkler and Bach, r0 the radius without stress."""
     small = fm.Reduced(quarter(stress=True), modes=3)
     force = np.zeros(9)
     force[5] = 40.0
