@@ -64,6 +64,28 @@ def test_tapered_cantilever():
         assert found == pytest.approx(300.0 * (LENGTH - x) * 6.0 / (WIDTH * height**2), rel=2e-3)
 
 
+class Wedge(fm.Section):
+    """A plate of constant width that runs out to an edge."""
+
+    def area_at(self, s):
+        return WIDTH * HEIGHT * (1.0 - s)
+
+    def second_moment_at(self, s):
+        return SECOND * (1.0 - s) ** 3
+
+    def outer_fibre_at(self, s):
+        return 0.5 * HEIGHT * (1.0 - s)
+
+
+def test_a_wedge_has_no_stress_at_its_tip():
+    """Under its weight rho g L^2/h at the root; its tip without area or second moment was refused as a faulty kernel."""
+    wedge = beam(section=Wedge())
+    parts = [wedge, fm.Fixed("wall", fm.GROUND, wedge, at=(0.0, 0.0))]
+    sol = fm.simulate(fm.Mechanism("wedge", parts, gravity=(0.0, -9.81)), t_end=1e-5, step=1e-5, start="equilibrium")
+    assert sol.peak("rod.von_mises").value == pytest.approx(7850.0 * 9.81 * LENGTH**2 / HEIGHT, rel=1e-3)
+    assert sol.stress("rod", ["end"])["von_mises"].values == pytest.approx(0.0)
+
+
 def test_plate_and_its_reduction_bend_as_a_beam():
     """Far from the ends, where rigid pins disturb the stress."""
     full, small = pulled(plate()), pulled(fm.Reduced(plate(), modes=3))
