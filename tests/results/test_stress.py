@@ -78,7 +78,7 @@ class Wedge(fm.Section):
 
 
 def test_a_wedge_has_no_stress_at_its_tip():
-    """Under its weight rho g L^2/h at the root; its tip without area or second moment was refused as a faulty kernel."""
+    """Under its weight rho g L^2/h at the root; its tip was refused as a faulty kernel."""
     wedge = beam(section=Wedge())
     parts = [wedge, fm.Fixed("wall", fm.GROUND, wedge, at=(0.0, 0.0))]
     sol = fm.simulate(fm.Mechanism("wedge", parts, gravity=(0.0, -9.81)), t_end=1e-5, step=1e-5, start="equilibrium")
