@@ -34,7 +34,7 @@ class Edges(Body):
 
     Raises
     ------
-    InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches.
+    InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches, pieces.
     """
 
     points: Sequence[Point] = field("corners, unstressed", "m", several(point, "corners (x, y)"))
@@ -63,6 +63,13 @@ class Edges(Body):
         lonely = set(range(len(self.points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
+        pieces: list[set[int]] = []
+        for edge in self.edges:
+            met = [piece for piece in pieces if not piece.isdisjoint(edge)]
+            pieces = [piece for piece in pieces if piece.isdisjoint(edge)] + [set(edge).union(*met)]
+        if len(pieces) > 1:
+            text = f"{self.label}: no edges lead from corner {min(pieces[1])} to corner {min(pieces[0])}."
+            raise InputError(f"{text} Join them, by a corner where edges cross, or declare a body for each piece.")
 
 
 def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, ...]:
