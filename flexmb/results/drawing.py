@@ -91,12 +91,11 @@ class Surface:
     def stress(self) -> np.ndarray:
         """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 where they are unknown."""
         shape = self.shape
+        if shape.fibres:
+            along = (self._shortened @ np.array(shape.fibres).T)[..., None] * (1.0, 0.0, 0.0, 0.0)
+            return turned(along, reduced.deformed(shape, self.poses)[1][:, None] + fibre_angles(shape))
         if not shape.materials:
-            own = np.zeros((*self.points.shape[:2], 4))
-            if not shape.fibres:
-                return own
-            own[..., 0] = self._shortened @ np.array(shape.fibres).T
-            return turned(own, reduced.deformed(shape, self.poses)[1][:, None] + fibre_angles(shape))
+            return np.zeros((*self.points.shape[:2], 4))
         number = shape.material_of or (0,) * len(shape.cells)
         mesh = np.array(shape.points), self.cells, shape.kind, np.array(shape.materials)[list(number)]
         if not shape.basis:
@@ -140,9 +139,8 @@ def moved_points(shape: kinds.MeshShape, poses: np.ndarray) -> np.ndarray:
 
 def fibre_angles(shape: kinds.MeshShape) -> np.ndarray:
     """Directions (m,) of the beams of a reduced body at its points, right and left of four places an element [rad]."""
-    right, left = np.moveaxis(np.array(shape.points).reshape(-1, 2, 4, 2), 1, 0)
-    x, y = np.moveaxis(left - right, -1, 0)
-    return np.tile(np.arctan2(-x, y)[:, None], (1, 2, 1)).ravel()
+    across = np.diff(np.array(shape.points).reshape(-1, 2, 4, 2), axis=1).repeat(2, axis=1)
+    return np.asarray(np.arctan2(-across[..., 0], across[..., 1]).ravel())
 
 
 def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:

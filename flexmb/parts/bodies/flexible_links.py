@@ -68,8 +68,8 @@ class Edges(Body):
             met = [piece for piece in pieces if not piece.isdisjoint(edge)]
             pieces = [piece for piece in pieces if piece.isdisjoint(edge)] + [set(edge).union(*met)]
         if len(pieces) > 1:
-            text = f"{self.label}: no edges lead from corner {min(pieces[1])} to corner {min(pieces[0])}."
-            raise InputError(f"{text} Join them, by a corner where edges cross, or declare a body for each piece.")
+            ends = f"from corner {min(pieces[1])} to corner {min(pieces[0])}"
+            raise InputError(f"{self.label}: no edges lead {ends}. Join them, or declare a body for each piece.")
 
 
 def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, ...]:
