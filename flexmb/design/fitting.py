@@ -465,7 +465,9 @@ def _variance(residuals: np.ndarray, loss: str) -> float:
 def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     """Values, errors and correlations by the derivatives at the solution."""
     own, p, J = search.measured, len(search.low), search.jacobian(found.x)
-    names, computed, residuals = tuple(search.names), search.computed(found.x), search.residuals(found.x)
+    names = tuple(search.names)
+    computed = search.computed(found.x)
+    residuals = search.residuals(found.x)
     lengths = np.linalg.norm(J, axis=0)
     J[:, p:] *= (lengths[:p].max() or 1.0) / lengths[p:]  # offsets, which have no bounds, weigh as parameters do
     left, singular, right = np.linalg.svd(J, full_matrices=False)

@@ -228,12 +228,6 @@ def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tu
         text = f"{model.label}: {name} = {value:.6g} has no neighbours on both sides or one ({refused[0]})"
         raise InputError(f"{text} Take a value farther from the limit.")
     slopes, h, found = best
-    M = here.program.tables.measured
-    for begin, behind in M.p[np.asarray(M.extremum) >= 0]:  # of stresses: no slopes where groups have other nodes
-        every = np.array([one.program.tables.p[begin:behind] for one in found])
-        steps, whole = np.diff(every, axis=0), (every == np.round(every)).all(axis=0) & (FELT * every[0] < 1.0)
-        if np.any(whole & (steps.min(axis=0) < 0.0) & (steps.max(axis=0) > 0.0)):
-            slopes[0][begin:behind] = np.where(whole, 0.0, np.nan)
     same = all(np.array_equal(found[0].program.sampled, one.program.sampled) for one in found)
     near = () if same else zip(*_neighbours(model, k, FINER * h, refused), strict=True)
     return *slopes, h, tuple((weight / (FINER * h), one.program.samplers) for (_, weight, _), one in near)

@@ -137,7 +137,8 @@ def separation(z: np.ndarray, bands: int) -> float:
     # than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
     # Points z (n, m) have unit spread and visit `bands` bands in turn. Equation (9.9) of docs/theory/exponents.md.
     count = len(z) - SUCCESSORS + 1
-    points, reach = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1), min(60, count // 5)
+    points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
+    reach = min(60, count // 5)
     refs = np.arange(count - reach)
     near, _ = nearest(points[: count - reach], refs, SUCCESSORS, least=1e-12)
     i, j = refs[near >= 0], near[near >= 0]
@@ -525,7 +526,8 @@ def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
-    count, clearly = len(columns.values), evidence.get("exponent", 0.0) > CLEARLY * evidence.get("error", 0.0)
+    count = len(columns.values)
+    clearly = evidence.get("exponent", 0.0) > CLEARLY * evidence.get("error", 0.0)
     if count < (LEAST_CHAOTIC if clearly else LEAST_APERIODIC):
         text = f"No cycle of up to {longest_cycle(count)} points. To tell more {LEAST_APERIODIC} are needed"
         return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)

@@ -65,7 +65,8 @@ def _wrong_rate(
     """Finding on derivative k + 1 of a motion that differs from differences of derivative k at most instants."""
     words, h = ("value", "rate", "second derivative"), DIFFERENCE * span
     wide, narrow = (np.array([(at(t + s)[k] - at(t - s)[k]) / (2.0 * s) for t in times]) for s in (h, 0.5 * h))
-    round_off, wrong = 1e-15 * np.abs(values[:, k]).max() / h, np.abs(narrow - values[:, k + 1])
+    round_off = 1e-15 * np.abs(values[:, k]).max() / h
+    wrong = np.abs(narrow - values[:, k + 1])
     largest = max(np.abs(values[:, k + 1]).max(), np.abs(narrow).max())
     bad = wrong > MISMATCH * largest + 10.0 * np.abs(wide - narrow) + 100.0 * round_off
     if bad.mean() <= 0.5:

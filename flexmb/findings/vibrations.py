@@ -252,7 +252,8 @@ def _unresolved_start(program: Program, group: Vibrations, h: float) -> Iterator
     if not len(coarse):
         return
     k = int(coarse[np.argmax(begun[coarse])])
-    period, moves = 2.0 * np.pi / float(group.modes.omega[k]), _moves(program, group.modes, k)
+    period = 2.0 * np.pi / float(group.modes.omega[k])
+    moves = _moves(program, group.modes, k)
     text = f"The run begins with a vibration of {1.0 / period:.4g} Hz (mostly {moves}), {h / period:.2g} of whose"
     text += f" period is one step of {h:.3g} s: its peaks are not resolved."
     remedy = f"Take steps of {period / 20.0:.1g} s, Adaptive(), or a drive that starts softly."

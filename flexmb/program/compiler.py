@@ -326,7 +326,9 @@ def chosen_contributions(
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
     """Reference configuration with start displacements, declared velocities, and histories at the start."""
     # A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
-    q, v, owner = number.pose(), np.full(number.n_q, np.nan), np.zeros(number.n_q, dtype=np.int64)
+    q = number.pose()
+    v = np.full(number.n_q, np.nan)
+    owner = np.zeros(number.n_q, dtype=np.int64)
     for k, body in enumerate(mechanism.bodies):
         first, last = number.of_body[body.name]
         owner[first:last] = k

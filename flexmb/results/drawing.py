@@ -91,9 +91,11 @@ class Surface:
     def stress(self) -> np.ndarray:
         """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 where they are unknown."""
         shape = self.shape
-        if shape.fibres:
-            along = (self._shortened @ np.array(shape.fibres).T)[..., None] * (1.0, 0.0, 0.0, 0.0)
-            return turned(along, reduced.deformed(shape, self.poses)[1][:, None] + fibre_angles(shape))
+        if shape.fibres:  # along the beams; of each element four points on the right, then four on the left
+            across = np.diff(np.array(shape.points).reshape(-1, 2, 4, 2), axis=1).repeat(2, axis=1)
+            ways = np.arctan2(-across[..., 0], across[..., 1]).ravel()
+            own = (self._shortened @ np.array(shape.fibres).T)[..., None] * (1.0, 0.0, 0.0, 0.0)
+            return turned(own, ways + reduced.deformed(shape, self.poses)[1][:, None])
         if not shape.materials:
             return np.zeros((*self.points.shape[:2], 4))
         number = shape.material_of or (0,) * len(shape.cells)
@@ -135,12 +137,6 @@ def moved_points(shape: kinds.MeshShape, poses: np.ndarray) -> np.ndarray:
         return carried(angle[:, None, None] * (0.0, 0.0, 1.0), own)
     carriers = np.array(shape.carriers, dtype=float)
     return carried(poses[:, carriers[:, 0].astype(np.int64)], carriers[:, 1:])
-
-
-def fibre_angles(shape: kinds.MeshShape) -> np.ndarray:
-    """Directions (m,) of the beams of a reduced body at its points, right and left of four places an element [rad]."""
-    across = np.diff(np.array(shape.points).reshape(-1, 2, 4, 2), axis=1).repeat(2, axis=1)
-    return np.asarray(np.arctan2(-across[..., 0], across[..., 1]).ravel())
 
 
 def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -216,8 +212,7 @@ def spread_instants(sol: Solution, most: int) -> np.ndarray:
 
 def nearest_to_each(sol: Solution, times: np.ndarray) -> np.ndarray:
     """Number of the saved instant nearest to each of `times` [s]."""
-    right = np.clip(np.searchsorted(sol.time, times), 1, max(len(sol.time) - 1, 1))
-    right = np.minimum(right, len(sol.time) - 1)
+    right = np.minimum(np.maximum(np.searchsorted(sol.time, times), 1), len(sol.time) - 1)
     left = np.maximum(right - 1, 0)
     return np.where(np.abs(times - sol.time[left]) <= np.abs(sol.time[right] - times), left, right)
 
@@ -294,7 +289,8 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
     for shape in sol.shapes:
         if not isinstance(shape, kinds.PointShape):
             continue
-        points, name = path(sol, (shape.body, shape.node, shape.offset), instants), f"{shape.part}.normal_force"
+        points = path(sol, (shape.body, shape.node, shape.offset), instants)
+        name = f"{shape.part}.normal_force"
         force = sol.array(name)[instants] if name in sol else np.zeros(len(instants))
         slides = shape.along is not None
         ground = not slides and GROUND in (shape.body, shape.other[0] if shape.other is not None else "")

@@ -281,7 +281,8 @@ class Solution:
                 pattern = resolved(one, self.signals, self.aliases) if isinstance(one, str) else ""
                 found += (matching(self.names, pattern) if "*" in pattern else []) or [one]
             return self._dataset(found)
-        units, time = self.signals.units[self._place(name)], xr.Variable("time", self.time, {"units": "s"})
+        units = self.signals.units[self._place(name)]
+        time = xr.Variable("time", self.time, {"units": "s"})
         attrs = {"units": units, "long_name": long_name(name), "name": name}
         return xr.DataArray(self.array(name), coords={"time": time}, dims="time", name=name, attrs=attrs)
 

@@ -18,7 +18,7 @@ from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
-from flexmb.results.drawing import beam_motion, fibre_angles, nearest_to_each, pose, poses, surface, turned, turned_by
+from flexmb.results.drawing import beam_motion, nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
     from flexmb.elastic.beams import fem as hermite
@@ -85,18 +85,17 @@ def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechan
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
         plate: Any = part
+        moved = surface(sol, shape, instants)
         if part.whole_body is part:  # in axes that turn with it
-            moved = surface(sol, shape, instants)
             X, x = plate.mesh.points, moved.points
             along, across = turned_by(X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True))
             whole = turned(moved.stress, -np.arctan2(across, along)[:, None])
-        elif plate.model.stresses is None:
-            raise InputError(f"{part.label} has no stresses.")
+        elif shape.fibres:  # of beams
+            whole = turned(moved.stress, -reduced.deformed(shape, moved.poses)[1][:, None])
         else:  # sums of the stresses of its shapes, in its axes
             d, _ = reduced.deformed(shape, poses(sol, shape.part, shape.nodes, instants))
             e = reduced.shortened(d, plate.element.directions)
             whole = np.einsum("msi,ti->tms", plate.model.stresses(plate.basis.shapes), e, optimize=True)
-            whole = turned(whole, fibre_angles(shape)) if shape.fibres else whole
         sx, sy, txy, _ = np.moveaxis(whole, -1, 0)
         larger, smaller, _ = plane.principal(whole[..., :3])
         signed = np.where(larger + smaller >= 0.0, larger, smaller)

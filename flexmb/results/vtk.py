@@ -170,7 +170,8 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
             for part, name in enumerate([frame, *traced])
         ]
         head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
-        collection, text = Path(scratch) / target.name, "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])
+        collection = Path(scratch) / target.name
+        text = "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
         pattern = re.compile(re.escape(target.stem) + r"_\d{4,}\.vtu")
         for stale in [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]:

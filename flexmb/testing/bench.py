@@ -34,7 +34,9 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     blurred: Any = 0.0
     for k in range(STEPS):
         h = scale / 8.0 / 2.0**k
-        upper, lower, span = np.asarray(function(x + h)), np.asarray(function(x - h)), (x + h) - (x - h)
+        upper = np.asarray(function(x + h))
+        lower = np.asarray(function(x - h))
+        span = (x + h) - (x - h)
         row = [(upper - lower) / span]
         for order, older in enumerate(before[:ORDERS], 1):
             factor = 4.0**order

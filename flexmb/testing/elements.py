@@ -216,7 +216,8 @@ def check_control_tangents(bench: Bench, program: Program, contribution: Control
     columns = np.asarray(C.dofs[C.dof[c] : C.dof[c + 1]]).astype(np.int64)
     if contribution.sample is not None or len(columns) == 0:
         return
-    E, loads = program.tables.elements, [program.names.elements.index(load) for load in contribution.loads]
+    E = program.tables.elements
+    loads = [program.names.elements.index(load) for load in contribution.loads]
     loaded = [int(dof) for e in loads for dof in E.dofs[E.dof[e] : E.dof[e + 1]] if dof < program.n_q]
     rows = np.array([*columns[: len(contribution.states)], *loaded], dtype=np.int64)
     tested, acting = tested_law(bench, contribution), 0

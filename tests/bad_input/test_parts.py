@@ -330,11 +330,3 @@ def test_a_frame_with_an_edge_twice_is_refused():
             section=fm.Rectangle(width=0.01, height=0.01),
             material=fm.STEEL,
         )
-
-
-def test_a_frame_in_pieces_is_refused():
-    crossing = ((0.0, 0.0), (1.0, 0.0), (0.5, -0.5), (0.5, 0.5))
-    with pytest.raises(InputError, match="'frame': no edges lead from corner 2 to corner 0"):
-        frame(points=crossing, edges=((0, 1), (2, 3)))
-    ring = frame(points=crossing, edges=((0, 2), (1, 3), (2, 1), (3, 0)))  # pieces that a later edge joins
-    assert len(ring.edges) == 4

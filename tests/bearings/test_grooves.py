@@ -138,6 +138,7 @@ def test_a_journal_settles_at_the_equilibrium():
     assert sol.array("B.pressure")[-1] == pytest.approx(found.pressure, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spin", "count", "least"), [pytest.param(SPIN, 25, 80, marks=pytest.mark.slow), (-SPIN, 7, 19)]
 )

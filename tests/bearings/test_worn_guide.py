@@ -245,6 +245,7 @@ def test_rows_and_picture_of_a_life(life, tmp_path):
     figure.savefig(tmp_path / "wear.png")
 
 
+@pytest.mark.slow
 def test_a_narrow_pit_is_named_and_its_depth_goes_with_the_number_of_places(life, tmp_path):
     finer = fm.wear_out(DRY.with_part(WORN.worn_by(replace(ARCHARD, bins=720))), turns=2000.0, keep=2)
     (note,) = life.attrs["notes"]

@@ -70,6 +70,7 @@ def test_laws_that_return_no_number(law, code):
     assert report.of(code)[0].parts == ("A",)
 
 
+@pytest.mark.slow
 def test_what_follows_from_a_broken_kernel_is_no_lack_of_inertia():
     report = fm.check(worn("A", friction=Ending(0.2)))
     assert {finding.code for finding in report.findings} == {"broken-kernel"}

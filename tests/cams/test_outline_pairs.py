@@ -63,6 +63,7 @@ def test_contracts():
     assert max(check.error for check in report.checks) < 1e-7
 
 
+@pytest.mark.slow
 def test_distances_are_those_of_dense_points():
     mech, rng, worst, tested = pair((0.25, 0.1)), np.random.default_rng(1), 0.0, 0
     part, at = mech.find("pair"), np.array((0.3, 0.2))

@@ -110,6 +110,7 @@ def test_a_chaotic_motion(model, capsys):
     assert str(series["spectrum_kind"].values[0]) == "broad"
 
 
+@pytest.mark.slow
 def test_too_few_points_are_inconclusive_and_say_so(model, capsys, monkeypatch):
     """An exponent within three times its error asks for 100 points."""
     monkeypatch.setattr("flexmb.dynamics.verdict.CLEARLY", 100.0)
@@ -141,6 +142,7 @@ def test_a_second_run_is_told_unless_it_is_not_wanted(model, capsys):
     assert found["exponent_error"].values.tolist() == found["exponent_statistical"].values.tolist() == [own]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("burst", "points"),
     [pytest.param("1", 0, marks=pytest.mark.slow), ("200", 21), pytest.param("500", 50, marks=pytest.mark.slow)],

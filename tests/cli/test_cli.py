@@ -470,6 +470,7 @@ def test_ready_mechanisms_are_listed_as_they_are_run():
         assert listed[name].__doc__.splitlines()[0] == make.__doc__.splitlines()[0]
 
 
+@pytest.mark.slow
 def test_as_a_module(root):
     command = [sys.executable, "-m", "flexmb", "run", "slider-crank", "--clearance", "1 parsec"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)

@@ -99,6 +99,7 @@ def test_wrong_words_are_refused(line, words, shown, capsys):
     assert not shown
 
 
+@pytest.mark.slow
 def test_the_address_is_printed_and_ctrl_c_ends_the_page():
     typed = [sys.executable, "-m", "flexmb", "explore", "slider-crank", "--periods", "0.1", "--no-open"]
     heard = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # noqa: E731 - background jobs ignore it

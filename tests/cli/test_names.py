@@ -33,6 +33,7 @@ def flexmb(folder, *arguments, **environment):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "environment", [pytest.param(ASCII, marks=pytest.mark.slow), {"PYTHONIOENCODING": "ascii:strict"}]
 )

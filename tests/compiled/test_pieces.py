@@ -90,6 +90,7 @@ def test_an_error_of_typing_names_the_function(layers):
         layers.top(np.array(["a"]), 1)
 
 
+@pytest.mark.slow
 def test_one_module_is_kept_for_what_python_calls(layers, tmp_path):
     """A second process finds it; pieces leave nothing behind."""
     code = "import numpy as np, layers_of_pieces as m; found = m.top(np.array([1.0, 2.0]), 2)"

@@ -140,6 +140,7 @@ def test_the_history_is_that_of_the_state_itself(jit):
     assert found == pytest.approx((0.6, -2.0, 0.0), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_all_that_numba_compiles_is_allowed():
     assert both(fm.normal_law(uses_arrays), (-3.0,), 0.0, -0.5, 0.2, jit=True) == pytest.approx([1.5, -3.0, 0.0])
 
@@ -296,6 +297,7 @@ def test_in_other_processes_and_machine_code_lies_on_disk(tmp_path):
     assert of_another_process(tmp_path, "0") == ["1", "0"]
 
 
+@pytest.mark.slow
 def test_without_compilation(tmp_path):
     assert of_another_process(tmp_path, "1") == []
 

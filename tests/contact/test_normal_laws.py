@@ -198,6 +198,7 @@ class Plain(fm.NormalLaw):
         return HISTORY
 
 
+@pytest.mark.slow
 def test_memory_of_extremes_changes_nothing():
     """Bit for bit, over two impacts."""
     laws = quiet(fm.LankaraniNikravesh, stiffness=1e9, restitution=0.7), Plain()

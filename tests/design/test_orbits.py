@@ -52,6 +52,7 @@ def multiplier(c, k, A, w):
     return np.exp((-c / 2.0 + 1j * np.sqrt(k - c * c / 4.0)) * TURN / w)
 
 
+@pytest.mark.slow
 def test_linear_oscillator_has_its_closed_form():
     found = orbit_sensitivity(periodic_orbit(oscillator(LINEAR)), list(LINEAR), of=["x"])
     upper = int(found.orbit.multipliers.imag.argmax())

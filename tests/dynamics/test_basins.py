@@ -29,6 +29,7 @@ def roots():
     return basin(Map(newton, [1.0, 0.5]), ("x0", values), ("x1", values), bound=1e9)  # Newton throws far
 
 
+@pytest.mark.slow
 def test_newtons_method_comes_to_the_three_roots(roots):
     found = {complex(*np.round(a[-1], 6)) for a in roots.attractors}
     exact = {complex(*np.round([math.cos(k), math.sin(k)], 6)) for k in (0.0, 2 * math.pi / 3, -2 * math.pi / 3)}
@@ -70,6 +71,7 @@ def test_turns_of_a_rotor_are_no_distance():
     assert np.ptp(found.attractors[0][:, flow.state_names["rotor.theta"]]) > 100.0
 
 
+@pytest.mark.slow
 def test_henon_has_one_attractor_and_a_way_out():
     henon = Map(lambda x, a, b: [1 - a * x[0] * x[0] + x[1], b * x[0]], [0.0, 0.0], parameters={"a": 1.4, "b": 0.3})
     found = basin(henon, ("x0", np.linspace(-2, 2, 14)), ("x1", np.linspace(-2, 2, 14)), longest=300)

@@ -26,6 +26,7 @@ def agrees(found, published, *, last_digit, error, column=0):
 # Fixed points and limit cycles: exact values.
 
 
+@pytest.mark.slow
 def test_overdamped_oscillator():
     """x'' + 3 x' + 2 x = 0: -1 and -2."""
     found = fm.lyapunov(systems.oscillator(3.0, 2.0, rtol=1e-8), skip=0.0, duration=120.0, interval=2.4, count=2)
@@ -253,6 +254,7 @@ def test_conservative_exponents_come_in_pairs():
 # Two trajectories.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "options"),
     [
@@ -331,6 +333,7 @@ def test_looks_are_taken_more_often_where_growth_is_fast():
     assert found.sum == pytest.approx(-(10.0 + 1.0 + 8.0 / 3.0), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_verdict_is_made_of_the_section(monkeypatch):
     """It gets the points, without the sums that a mechanism keeps, and the largest exponent with its error."""
     asked = []

@@ -389,6 +389,7 @@ def test_a_contact_that_opens_is_not_told():
     assert "without a break" not in found.status
 
 
+@pytest.mark.slow
 def test_the_pendulum_is_chaotic_with_finer_steps_too():
     found = fm.lyapunov(mechanisms.rod(), period=systems.TURN, step=systems.TURN / 200, skip=20, periods=200)
     assert str(found.verdict) == "chaotic", found.verdict.reason

@@ -176,6 +176,7 @@ class Problem:
 
         drawn = [_marked(f, f.name, f.slow) for f in self.figures if f.curves is not None]
 
+        @pytest.mark.slow
         @pytest.mark.parametrize("figure", drawn)
         def test_curves(figure: Figure) -> None:
             assert figure.curves is not None

@@ -181,6 +181,7 @@ def test_a_page_follows_its_script(tab_of, crank_page):
     assert tab.locator("#knob-speed").input_value() == "333"
 
 
+@pytest.mark.slow
 def test_every_panel_shows_the_run(tab_of, crank_page):
     crank_page.set(speed=300.0, clearance=1e-4)
     tab = tab_of(crank_page, height=4000)
@@ -312,6 +313,7 @@ def test_a_fourth_pin_tells_that_the_first_one_is_gone(tab_of, crank_page):
         assert tab.locator("#pins li").count() == min(count, 3)
 
 
+@pytest.mark.slow
 def test_largest_values_fit_on_a_phone(tab_of, crank_page):
     crank_page.set(speed=500.0, clearance=1e-4)
     tab = tab_of(crank_page, "", *SIZES[1])
@@ -334,6 +336,7 @@ def test_a_lost_server_is_told_and_the_page_stays(browser):
     tab.close()
 
 
+@pytest.mark.slow
 def test_a_failing_model_is_told_as_text(tab_of):
     def sometimes(speed: float = 100.0) -> fm.Mechanism:
         if speed > 300.0:

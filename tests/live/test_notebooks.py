@@ -132,6 +132,7 @@ def test_a_saved_notebook_shows_its_last_state_without_a_kernel(saved, tab):
     frame.get_by_text("opened again shows its last state").wait_for()
 
 
+@pytest.mark.slow
 def test_the_widget_runs_in_the_kernel(crank_page, tab):
     crank_page.set(speed=300.0, clearance=1e-4)
     widget = crank_page.widget()
@@ -229,6 +230,7 @@ def test_a_folder_that_is_gone_or_full_is_told(saving, monkeypatch):
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_frame_hears_its_notebook_alone(crank_page, tab):
     tab.set_content(HOST)
     widget = crank_page.widget()

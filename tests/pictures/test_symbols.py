@@ -104,6 +104,7 @@ def test_symbols_are_in_the_picture(sol):
     assert wanted <= names
 
 
+@pytest.mark.slow
 def test_pictures_of_a_run_have_one_size_and_one_frame(sol):
     pictures = [render(sol, [t]) for t in (0.0, 0.15, 0.3)]
     assert len({tuple(picture.get_size_inches()) for picture in pictures}) == 1

@@ -172,6 +172,7 @@ def test_cooks_membrane(kind, values):
     assert abs(found[32] - 23.967) < (0.16 if kind == "quad4" else 0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tri6", pytest.param("quad9", marks=pytest.mark.slow)])
 def test_rotating_ring(kind):
     """Closed form of plane stress, a = 0.05 m, b = 0.2 m, 1000 rad/s; the displacement converges with order 4."""

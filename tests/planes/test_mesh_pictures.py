@@ -74,6 +74,7 @@ def test_vtk_of_a_reduced_body_has_the_stress_of_its_signal(tmp_path, of_beams):
     assert np.abs(bent[1:] / mesh.von_mises[1:].max(axis=1) - 1.0).max() > 1e-3  # the shortening counts
 
 
+@pytest.mark.slow
 def test_pictures_and_films_show_meshes(tmp_path):
     """Every cell is a polygon; colours of a film reach to the largest stress."""
     from matplotlib.collections import PolyCollection

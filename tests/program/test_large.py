@@ -180,6 +180,7 @@ def test_accelerations_by_kept_factors_are_those_of_small_models(monkeypatch):
     assert np.abs(large.lam - small.lam).max() <= 1e-12 * np.abs(small.lam).max()
 
 
+@pytest.mark.slow
 def test_a_large_chain_held_twice_names_the_joint():
     mechanism = chain(400)
     again = fm.Revolute("again", fm.GROUND, mechanism.find("L200"), (20.1, 0.0))

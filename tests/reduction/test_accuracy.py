@@ -23,6 +23,7 @@ def eyes(**options):
     return fm.Reduced(fm.PlaneBody("rod", mesh, thickness=0.01, material=STEEL), **options)
 
 
+@pytest.mark.slow
 def test_frequencies_of_a_link_with_eyes():
     """Independent values with scikit-fem on a mesh of triangles (9,356 unknowns): all nodes, static shapes alone."""
     found = eyes().accuracy(held=("start",))

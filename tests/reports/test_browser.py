@@ -28,6 +28,7 @@ def readout(page, name):
     return float(entry.locator("output").inner_text()) * factor.get(prefix, 1.0)
 
 
+@pytest.mark.slow
 def test_keys_step_and_play(opened, run_page, slider_crank):
     _, sol = slider_crank
     page = opened(run_page.path)
@@ -124,6 +125,7 @@ def test_an_arc_with_shear_on_the_screen_is_that_of_the_solution(opened, tmp_pat
     assert min(shape.shear) > 0.2
 
 
+@pytest.mark.slow
 def test_clicks_set_the_time(opened, run_page, slider_crank):
     _, sol = slider_crank
     page = opened(run_page.path, reduced_motion="reduce")
@@ -195,6 +197,7 @@ def test_nothing_overlaps_or_is_cut(opened, layout_faults, run_page, width, heig
         assert page.locator("#time").bounding_box()["y"] < height
 
 
+@pytest.mark.slow
 def test_overlaps_and_cuts_are_found(opened, layout_faults, run_page):
     page = opened(run_page.path)
     page.evaluate("document.getElementById('fit').style.marginLeft = '-60px'")

@@ -139,6 +139,7 @@ def test_a_diagram_without_points(diagram, tmp_path):
         fm.report(empty, tmp_path / "page.html")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 390])
 def test_a_diagram_in_a_browser(opened, layout_faults, diagram, tmp_path, width):
     (tmp_path / "rate-3.5.html").write_text("<!DOCTYPE html><title>run at 3.5</title>")
@@ -160,6 +161,7 @@ def test_a_diagram_in_a_browser(opened, layout_faults, diagram, tmp_path, width)
     page.wait_for_url("**/rate-3.5.html")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 390])
 def test_a_study_in_a_browser(opened, layout_faults, study, tmp_path, width):
     page = opened(write_chaos(study, tmp_path / "report.html", None, None), width, 800, color_scheme="dark")

@@ -102,6 +102,7 @@ def test_what_went_wrong_is_told_at_the_top(record, tmp_path):
     assert "inf" in page.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 390])
 def test_a_fit_in_a_browser(opened, layout_faults, found, tmp_path, width):
     page = opened(fm.report(found, tmp_path / "fit.html"), width, 800, color_scheme="dark")

@@ -41,6 +41,7 @@ def test_a_page_holds_the_deformed_mesh_and_its_stress(engine, page):
     assert unpacked(mesh["stress"]) == pytest.approx(surface.von_mises, abs=0.5e-3 * largest)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1, 10])
 def test_a_mesh_in_the_browser_is_that_of_the_solution(opened, engine, page, factor):
     rows = np.arange(len(engine.time))

@@ -140,6 +140,7 @@ def test_a_run_whose_rows_fill_the_memory_ends_with_a_status(save, sampled, monk
     assert np.isfinite(sol.values).all()
 
 
+@pytest.mark.slow
 def test_free_memory_is_that_of_the_system():
     """Touched pages are taken from it."""
     before = saving.free_memory()

@@ -221,6 +221,7 @@ def test_killed_while_it_was_laid_out(reference, tmp_path):
         shutil.rmtree(store)
 
 
+@pytest.mark.slow
 def test_a_store_can_be_read_by_others(reference):
     path, dataset = reference
     raw = xr.open_zarr(path, consolidated=False).load()

@@ -84,6 +84,7 @@ def attacked(path, whole, again, rng, folder):
     return len(messages)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.slow)])
 def test_damaged_stores_give_no_wrong_number(stores, tmp_path, count):
     """Bits flipped, files cut, emptied and lost, whole arrays lost: 20 in some 100 gave numbers with ok=True before."""

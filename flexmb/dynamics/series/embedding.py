@@ -341,7 +341,9 @@ def correlation_dimension(
     sums, slopes = [], []
     for m in dimensions:
         # Fraction of the pairs of points (n, m) that are nearer than the radii, and the fraction of 30 pairs
-        points, counts, pairs = embed(x, embedded.delay, m), np.zeros(len(radius) + 1, dtype=np.int64), 0
+        points = embed(x, embedded.delay, m)
+        counts = np.zeros(len(radius) + 1, dtype=np.int64)
+        pairs = 0
         refs, index = spread(len(points), DIMENSION_REFERENCES), np.arange(len(points))
         for block in np.array_split(refs, max(1, len(refs) * len(points) // BLOCK)):
             d = scipy.spatial.distance.cdist(points[block], points, "chebyshev")[np.abs(index - block[:, None]) > w]

@@ -209,7 +209,8 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     >>> fm.chaos.zero_one_test(np.sin(np.arange(1000.0))).kind
     'regular'
     """
-    x, count = samples("zero_one_test", signal, 20), checks.count("zero_one_test", "count", count)
+    x = samples("zero_one_test", signal, 20)
+    count = checks.count("zero_one_test", "count", count)
     angles = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, count)
     if is_constant(x):
         return ZeroOne(0.0, 0.0, "regular", True, "The signal is constant: regular.", 1, angles, np.zeros(count))

@@ -104,7 +104,8 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     flow = family.at(value)
     if stopped := stopped_runs():  # of the function that makes the system
         return Outcome({}, stopped, ok=False)
-    period, columns = family.period_of(flow, value), columns_of(flow, section.signals, family.label)
+    period = family.period_of(flow, value)
+    columns = columns_of(flow, section.signals, family.label)
     seam = carried is not None and not _start_from(flow, carried, section.last * period)
     run: dict[str, Any] = {"period": period if flow.unit == "s" else None, "confirm": False}
     exponents = lyapunov(flow, skip=section.skip - 1, periods=section.keep, **run) if section.together else None

@@ -354,5 +354,6 @@ class CompiledMotion:
         code = int(advance_ode(rates, heights, m, limit, single))
         self.before = m.before.copy()
         ode._time, ode._state, ode._h, self.last = m.t, m.x.copy(), m.h or None, m.last
-        ode.ok, ode.status = code in (REACHED, CROSSED), ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
+        ode.ok = code in (REACHED, CROSSED)
+        ode.status = ENDS.get(code, "Reached t = {:.6g} s.").format(m.t)
         return code == CROSSED

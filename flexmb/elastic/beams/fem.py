@@ -218,7 +218,8 @@ def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array
 
 def _section_values(section: Section, method: str, s: Array, least: float | None = None) -> Array:
     """Area or second moment at s, checked: > 0, or >= `least` at the ends, where a wedge may run out to zero."""
-    values, owner = np.asarray(getattr(section, method)(s), dtype=float), f"{type(section).__name__}.{method}"
+    values = np.asarray(getattr(section, method)(s), dtype=float)
+    owner = f"{type(section).__name__}.{method}"
     if values.shape != s.shape:
         raise InputError(f"{owner}: the result has shape {values.shape} for s of shape {s.shape}; keep the shape of s.")
     good = np.isfinite(values) & (values > 0.0 if least is None else values >= least)
@@ -262,7 +263,8 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
-    w, normal = beam.length * _blend(d, beam, xi, 0), np.stack([-d.s, d.c], axis=-1)[:, None, :]
+    w = beam.length * _blend(d, beam, xi, 0)
+    normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
     return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
 

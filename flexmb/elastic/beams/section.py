@@ -295,7 +295,8 @@ class Tapered(Dimensioned):
             raise InputError(f"{text}. Use GeneralSection for both, or divide the beam.")
 
     def _dimensions_at(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
-        x, pairs = np.asarray(s, dtype=float), zip(self.start.dimensions(), self.end.dimensions(), strict=True)
+        x = np.asarray(s, dtype=float)
+        pairs = zip(self.start.dimensions(), self.end.dimensions(), strict=True)
         return type(self.start), [(1.0 - x) * a + x * b for a, b in pairs]
 
 

@@ -362,12 +362,14 @@ class PlaneMesh:
         """All edges of the cells."""
         local = np.array(KINDS[self.kind].edges)
         every = self.cells[:, local]  # (m, edges a cell, nodes an edge)
-        owner, every = np.repeat(np.arange(len(self.cells)), len(local)), every.reshape(-1, local.shape[1])
+        owner = np.repeat(np.arange(len(self.cells)), len(local))
+        every = every.reshape(-1, local.shape[1])
         ends = np.sort(every[:, :2], axis=1)
         key = ends[:, 0] * (int(self.cells.max()) + 1) + ends[:, 1]
         order = np.argsort(key, kind="stable")
         first = np.flatnonzero(np.diff(key[order], prepend=-1))
-        counts, second = np.diff(np.append(first, len(key))), order[np.minimum(first + 1, len(key) - 1)]
+        counts = np.diff(np.append(first, len(key)))
+        second = order[np.minimum(first + 1, len(key) - 1)]
         cells_of = np.stack([owner[order[first]], np.where(counts > 1, owner[second], -1)], axis=1)
         return Edges(every[order[first]], cells_of, counts, (counts > 1) & (every[order[first], 0] == every[second, 0]))
 

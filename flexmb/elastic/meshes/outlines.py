@@ -260,7 +260,8 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     # [m] at most. The new corners (p, 2) [m] include the tangent points of arcs. Arcs that do not fit onto an edge are
     # refused.
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
-    lengths, cross = np.linalg.norm(after, axis=1), before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    lengths = np.linalg.norm(after, axis=1)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     turns = np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
     tangents = radii * np.tan(0.5 * np.abs(turns))  # from the corner to where the arc begins
     ends = np.roll(tangents, -1)

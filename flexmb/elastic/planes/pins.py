@@ -141,7 +141,8 @@ def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
             rows.append((dofs, averages))
             # Three dependent displacements, the others, and the dependent ones (3, 3 + others) by pin and others
             chosen = qr(averages / np.abs(averages).max(axis=1, keepdims=True), pivoting=True, mode="r")[1][:3]
-            rest, inverse = np.setdiff1d(np.arange(len(dofs)), chosen), np.linalg.inv(averages[:, chosen])
+            rest = np.setdiff1d(np.arange(len(dofs)), chosen)
+            inverse = np.linalg.inv(averages[:, chosen])
             blocks.append((dofs[chosen], dofs[rest], np.hstack([inverse, -inverse @ averages[:, rest]])))
         taken[blocks[-1][0]] = True
     free, place = np.flatnonzero(~taken), np.cumsum(~taken) - 1 + 3 * len(interfaces)

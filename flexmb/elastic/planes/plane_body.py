@@ -381,7 +381,8 @@ class PlaneBody(MeshBody):
         square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
         for corners in TRIANGLES[mesh.kind]:
             (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
-            area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
+            area = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
+            heights = y[mesh.cells[:, corners]]
             square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
             whole += area
         rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]

@@ -100,7 +100,8 @@ class Comparison:
         self.model, self.found = found.model, found
         K, M = self.model.stiffness.tocsc(), self.model.mass_matrix()
         n = found.shapes.shape[1]
-        self.kept, self.own_kept = np.setdiff1d(np.arange(K.shape[0]), held), np.setdiff1d(np.arange(n), held)
+        self.kept = np.setdiff1d(np.arange(K.shape[0]), held)
+        self.own_kept = np.setdiff1d(np.arange(n), held)
         self.full = K[self.kept][:, self.kept].tocsc(), M[self.kept][:, self.kept].tocsc()
         own = np.ix_(self.own_kept, self.own_kept)
         self.own = element.matrices["K"][own], element.matrices["M"][own]
@@ -156,7 +157,8 @@ def accuracy(
     """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
     # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     model = found.model
-    count, names = checks.count(model.label, "count", count), [pin.name for pin in model.pins]
+    count = checks.count(model.label, "count", count)
+    names = [pin.name for pin in model.pins]
     if held is None:
         alone = len(names) == 1
         fixed = list(range(RIGID)) if alone else [3 * k + axis for k in range(len(names)) for axis in range(2)]

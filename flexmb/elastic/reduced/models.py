@@ -167,7 +167,8 @@ class BeamModel:
         self.elements: list[Element] = []
         for beam in body.beams:
             data, angles = flexible.matrices(beam), flexible.chord_directions(beam)
-            unstressed, starts = flexible.unstressed_shape(beam, data), [self._own(point) for point in beam.points]
+            unstressed = flexible.unstressed_shape(beam, data)
+            starts = [self._own(point) for point in beam.points]
             for k, ends in enumerate(pairwise(beam.nodes)):
                 c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
                 turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))

@@ -91,7 +91,8 @@ def _get(context: Any, builder: Any, kind: Any, record: Any, name: str) -> Any:
     if isinstance(field, RecordType):
         return builder.inttoptr(_loaded(builder, record, place, WORD, True), record.type)
     if isinstance(field, types.Array):
-        array, item = arrayobj.make_array(field)(context, builder), context.get_data_type(field.dtype)
+        array = arrayobj.make_array(field)(context, builder)
+        item = context.get_data_type(field.dtype)
         data = _loaded(builder, record, place, item.as_pointer(), True)
         shape = [_loaded(builder, record, place + 1 + k, WORD, True) for k in range(field.ndim)]
         size = context.get_abi_sizeof(item)

@@ -44,7 +44,8 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
 @compiled
 def _scatter(C, c, n, m, lam, matrix, work):
     """Add G v to work.gv and G^T lam to work.Gl; if `matrix`, put G and G^T into work.lu."""
-    dofs, G = part_of(C.dofs, C.dof[c], C.dof[c + 1]), part_of(work.G, C.pos_g[c], C.pos_g[c + 1])
+    dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
+    G = part_of(work.G, C.pos_g[c], C.pos_g[c + 1])
     gv, own = part_of(work.gv, C.row[c], C.row[c + 1]), part_of(lam, C.row[c], C.row[c + 1])
     for i in range(m):
         rate = gv[i]

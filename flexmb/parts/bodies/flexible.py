@@ -127,7 +127,8 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
     if mass < -1e-9 * wanted.mass:
         text = f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg."
         raise InputError(f"{text} Give a larger mass, a smaller section or density, or leave mass out.")
-    moment, shift = wanted.mass * centre - beam.mass * np.array(beam.centre), np.array(beam.centre) - centre
+    moment = wanted.mass * centre - beam.mass * np.array(beam.centre)
+    shift = np.array(beam.centre) - centre
     inertia = wanted.inertia - beam.inertia - beam.mass * float(shift @ shift)
     columns = [[1.0, *((p - centre) / radius), float((p - centre) @ (p - centre)) / radius**2] for p in places]
     columns.append([0.0, 0.0, 0.0, 1.0])  # the common moment of inertia, in units of mass radius^2
@@ -466,13 +467,12 @@ def section_factors(beam: Beam, along: np.ndarray) -> np.ndarray:
     """(elements, m, 3) stress over N, 1/A, and over -M in the outer fibres on the left and on the right [1/m^3]."""
     # At fractions (m,) along each element of a beam whose outer fibres are known.
     stations, section = np.array(beam.stations), beam.section
-    places = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
-    numbers = section.area_at(places), section.second_moment_at(places)
-    A, I = (np.where(np.asarray(x) > 0.0, x, math.inf) for x in numbers)
-    left = np.asarray(section.outer_fibre_at(places)) / I  # at the tip of a wedge, which has neither, 0
+    at = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
+    A, I = (np.where(np.asarray(x) > 0.0, x, math.inf) for x in (section.area_at(at), section.second_moment_at(at)))
+    left = np.asarray(section.outer_fibre_at(at)) / I  # 0 at the tip of a wedge
     both = np.stack([left, -left], axis=-1)
-    if beam.turn and abs(beam.turn) > THIN * beam.length / np.max(section.outer_fibre_at(places)):
-        curved = arc_factors(beam, places)
+    if beam.turn and abs(beam.turn) > THIN * beam.length / np.max(section.outer_fibre_at(at)):
+        curved = arc_factors(beam, at)
         both = np.where(np.isnan(curved), both, curved)
     return np.concatenate([1.0 / A[..., None], both], axis=-1)
 

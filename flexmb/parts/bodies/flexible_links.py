@@ -34,7 +34,7 @@ class Edges(Body):
 
     Raises
     ------
-    InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches, pieces.
+    InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches.
     """
 
     points: Sequence[Point] = field("corners, unstressed", "m", several(point, "corners (x, y)"))
@@ -63,13 +63,6 @@ class Edges(Body):
         lonely = set(range(len(self.points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
-        pieces: list[set[int]] = []
-        for edge in self.edges:
-            met = [piece for piece in pieces if not piece.isdisjoint(edge)]
-            pieces = [piece for piece in pieces if piece.isdisjoint(edge)] + [set(edge).union(*met)]
-        if len(pieces) > 1:
-            ends = f"from corner {min(pieces[1])} to corner {min(pieces[0])}"
-            raise InputError(f"{self.label}: no edges lead {ends}. Join them, or declare a body for each piece.")
 
 
 def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, ...]:
@@ -224,11 +217,9 @@ class FlexibleFrame(FlexibleBody, Edges):
         return tuple(self.points)
 
     def nodes(self) -> tuple[Node, ...]:
-        found = {f"node{i}": p for i, p in enumerate(self.points)}
-        for beam in self.beams:
-            for name, place in zip(beam.nodes, beam.points, strict=True):
-                found.setdefault(name, place)
-        return tuple(Node(name, *point, 0.0) for name, point in found.items())
+        corners = {f"node{i}": p for i, p in enumerate(self.points)}
+        every = {name: p for beam in self.beams for name, p in zip(beam.nodes, beam.points, strict=True)}
+        return tuple(Node(name, *point, 0.0) for name, point in (corners | every | corners).items())
 
     @cached_property
     def beams(self) -> tuple[Beam, ...]:

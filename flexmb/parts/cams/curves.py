@@ -256,7 +256,8 @@ def spline(points: np.ndarray) -> np.ndarray:
     closed = np.vstack([points, points[:1]])
     steps = np.hypot(*np.diff(closed, axis=0).T)
     at = np.concatenate([[0.0], np.cumsum(steps)])
-    found, spans = make_interp_spline(at, closed, k=5, bc_type="periodic"), np.zeros((len(points), 2, 8))
+    found = make_interp_spline(at, closed, k=5, bc_type="periodic")
+    spans = np.zeros((len(points), 2, 8))
     for order in range(6):
         values = found(at[:-1], nu=order) if order else points
         spans[:, :, order] = values * (steps**order / math.factorial(order))[:, None]
@@ -296,7 +297,8 @@ def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
 
 def _until_crossing(a: np.ndarray, d: np.ndarray, b: np.ndarray, e: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shares s, t (n, m) of sides d (n, 2) from a and e (m, 2) from b up to where both cross; inf or nan: parallel."""
-    between, det = b[None, :, :] - a[:, None, :], d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
+    between = b[None, :, :] - a[:, None, :]
+    det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         s = (between[..., 0] * e[None, :, 1] - between[..., 1] * e[None, :, 0]) / det
         return s, (between[..., 0] * d[:, None, 1] - between[..., 1] * d[:, None, 0]) / det

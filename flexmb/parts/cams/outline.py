@@ -31,7 +31,8 @@ def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]
         # Points where both arcs of each pair meet, for tangents of equal length d at both ends
         chord = ends - points
         along = np.sum(chord * (tangents + end_tangents), axis=1)
-        bend, square = 1.0 - np.sum(tangents * end_tangents, axis=1), np.sum(chord * chord, axis=1)
+        bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
+        square = np.sum(chord * chord, axis=1)
         d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
         joints = np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
         first, second = _bulges(tangents, joints - points), -_bulges(-end_tangents, joints - ends)
@@ -55,7 +56,8 @@ def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: 
     middle, left = 0.5 * (starts + ends), np.column_stack([-chord[:, 1], chord[:, 0]])
     # |p - centre| - radius without dividing by a bulge that may be 0: (power of p) / (|p - centre| + radius)
     to = points - middle[:, None, :]
-    along, square = np.sum(to * left[:, None, :], axis=2), np.sum(chord * chord, axis=1)[:, None]
+    along = np.sum(to * left[:, None, :], axis=2)
+    square = np.sum(chord * chord, axis=1)[:, None]
     power = 4.0 * b * (np.sum(to * to, axis=2) - 0.25 * square) - 2.0 * (1.0 - b * b) * along
     centre = 4.0 * b[:, :, None] * to - (1.0 - b * b)[:, :, None] * left[:, None, :]
     return np.asarray(np.abs(power) / (np.hypot(*centre.transpose(2, 0, 1)) + np.sqrt(square) * (1.0 + b * b)))

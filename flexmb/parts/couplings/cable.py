@@ -170,7 +170,8 @@ class Cable(PointToPoint):
         ux, uy, size = self._drawn()
         if any(self.radii) and size == 0.0:
             raise ModelError(f"{self.label}: its drums overlap, so there is no strand between them. Move one of them.")
-        turns, period = [drawn_theta(mechanism, end) for end in ends], 2.0 * math.pi * abs(sum(self.radii))
+        turns = [drawn_theta(mechanism, end) for end in ends]
+        period = 2.0 * math.pi * abs(sum(self.radii))
         wound = self.radii[0] * turns[0] + self.radii[1] * turns[1]
         p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))
         laws, least = (self.normal, Frictionless()), abs(sum(self.radii))

@@ -43,7 +43,8 @@ def clutch_kernel(p, h, slip, angle, z, z_new):
         w_angle = -side
     elif rate > 0.0:  # within the step, rate grows from last < 0 to rate > 0
         span = rate - last
-        w, w_rate = 0.5 * h * rate * rate / span, 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
+        w = 0.5 * h * rate * rate / span
+        w_rate = 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
     z_new[LAST_RATE], z_new[LAST_ANGLE], z_new[BEGUN] = rate, angle, 1.0
     if w <= 0.0:
         w, w_rate, w_angle = 0.0, 0.0, 0.0

@@ -416,7 +416,8 @@ class Gear(Wheels):
         if self.backlash >= 0.5 * pitch:
             text = f"{self.label}: backlash is {self.backlash:g} m, but a tooth and its gap are {pitch:.4g} m long"
             raise InputError(f"{text} together; it must be less than half of that.")
-        c, direction = math.cos(self.pressure_angle), math.atan2(second.y - first.y, second.x - first.x)
+        c = math.cos(self.pressure_angle)
+        direction = math.atan2(second.y - first.y, second.x - first.x)
         offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))
         coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
         play = self.backlash, 0.5 * self.backlash * c, r1 * c, r2 * c

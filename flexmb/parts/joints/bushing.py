@@ -59,7 +59,8 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     for first in (True, False):
         i = 0 if first else 1
         d, J, nx, ny, far, near = along_axis(p, q, first)
-        Jv, f = curvature_times(nx, ny, far, near, v), p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
+        Jv = curvature_times(nx, ny, far, near, v)
+        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
         for m in range(6):
             for n in range(6):
                 K[m, n] += J[m] * (p[STIFFNESS_X + i] * J[n] + p[DAMPING_X + i] * Jv[n])

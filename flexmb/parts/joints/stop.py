@@ -226,7 +226,8 @@ class Stop(Part):
             if getattr(part, "joint", None) != self.joint or not isinstance(motion, Motion):
                 continue
             start = float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[0])
-            low, high = -math.inf if self.below is None else self.below, math.inf if self.above is None else self.above
+            low = -math.inf if self.below is None else self.below
+            high = math.inf if self.above is None else self.above
             if not low <= start <= high:
                 text = f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g}"
                 raise ModelError(f"{text} and {high:g} of joint {self.joint!r}. Begin between them, or move the stop.")
@@ -257,7 +258,8 @@ class Stop(Part):
                 size, rest = math.hypot(dx, dy), (*ends.offsets, 0.0, 0.0, 0.0)
                 found = [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
             else:
-                angle, m = math.atan2(self.along[1], self.along[0]), drawn_direction(mechanism, ends.first, self.along)
+                angle = math.atan2(self.along[1], self.along[0])
+                m = drawn_direction(mechanism, ends.first, self.along)
                 drawn, line = dx * math.cos(angle) + dy * math.sin(angle), (*m, *ends.offsets)
                 found = [(name, travel_gap_kernel, (s, x + drawn, *line)) for name, s, x in self._limits()]
         place, laws, several = ends.coordinates, (self.normal, Frictionless()), len(found) > 1

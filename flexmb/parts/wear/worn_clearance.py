@@ -182,7 +182,8 @@ def surface(clearance: float, depths: Sequence[float] | np.ndarray) -> Surface:
     x, y = np.cos(phi), np.sin(phi)
     reached = _reached(clearance, h, x, y)
     bend = np.roll(reached, 1) - 2.0 * cos * reached + np.roll(reached, -1)
-    rho, waves = np.maximum(clearance + bend / (2.0 * (1.0 - cos)), 0.0), np.cos(step * np.arange(n // 2 + 1))
+    rho = np.maximum(clearance + bend / (2.0 * (1.0 - cos)), 0.0)
+    waves = np.cos(step * np.arange(n // 2 + 1))
     factor = (waves - cos + (1.0 - waves) * sin / step) / (1.0 - cos)
     sigma = clearance + np.fft.irfft(np.fft.rfft(reached) * factor, n)
     rest = sigma - rho

@@ -305,7 +305,8 @@ def write_run(
 
 def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> html.Markup:
     """All sections but the last one."""
-    panels, first = html.tag("div", class_="plots", id="plots"), html.tag("option", "Add a plot ...", value="")
+    panels = html.tag("div", class_="plots", id="plots")
+    first = html.tag("option", "Add a plot ...", value="")
     select = html.tag("select", first, id="more-signals", aria_label="Add a plot")
     hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
     more = html.tag("div", select, html.tag("p", hint, class_="hint"), class_="more")

@@ -67,7 +67,8 @@ def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np
         whole = [triangles[:, k] != triangles[:, j] for k, j in ((0, 1), (1, 2), (2, 0))]
         triangles = triangles[np.logical_and.reduce(whole)]
         triangles = triangles[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]]
-    kept, number = np.unique(np.concatenate([triangles.ravel(), *loops])), np.zeros(len(points), dtype=np.int64)
+    kept = np.unique(np.concatenate([triangles.ravel(), *loops]))
+    number = np.zeros(len(points), dtype=np.int64)
     number[kept] = np.arange(len(kept))
     return kept, number[triangles], [number[loop] for loop in loops]
 

@@ -82,7 +82,8 @@ def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
             if not status:
                 continue
             verdict = str(part["verdict"].values[k])
-            entry, name = entry_of(verdict) if verdict else "", point_file(parameter, float(value))
+            entry = entry_of(verdict) if verdict else ""
+            name = point_file(parameter, float(value))
             colour = VERDICT_COLOURS[entry]  # of matplotlib; "" is the colour of the text in CSS
             found.append({
                 "place": k, "direction": direction, "verdict": verdict, "entry": entry,
@@ -101,7 +102,8 @@ def _sweep_sections(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Mar
     choice = html.tag("label", "Signal", html.Markup(" "), html.tag("select", id="signal"))
     controls = html.tag("div", choice, html.tag("button", "Fit", type="button", id="fit"), class_="row")
     chosen = html.tag("p", "No value is chosen.", id="chosen", aria_live="polite")
-    legend, hint = html.tag("div", id="legend", class_="swatches"), html.tag("p", SWEEP_HINT, class_="hint")
+    legend = html.tag("div", id="legend", class_="swatches")
+    hint = html.tag("p", SWEEP_HINT, class_="hint")
     picture = html.section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
     listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
     settings = html.section("Settings", html.facts(listed), anchor="settings")
@@ -225,7 +227,8 @@ def write_fit(fit: Fit, path: Path, signals: Sequence[str] | None, title: str | 
     offsets = [[name, html.number(x), pretty(units[name])] for name, x in fit.offsets.items()]
     others = html.table("Offsets", ["signal", "offset", "unit"], offsets, numbers=[1]) if offsets else None
     values = html.section("Parameters", listing, others, anchor="parameters")
-    main, heading = html.tag("main", values, _residuals(fit, names), settings, id="top"), fit.about["mechanism"]
+    main = html.tag("main", values, _residuals(fit, names), settings, id="top")
+    heading = fit.about["mechanism"]
     scripts = "diagram.js", "fit.js"
     return html.write_page(path, heading if title is None else title, head, FIT_LINKS, main, scripts, data)
 
