@@ -81,7 +81,7 @@ RIGID = 3  # motions of a rigid body
 FIRST_TRIAL = 12  # number of vibrations that are computed first where all up to a frequency are kept
 LEAST_PIVOT = 1e-13  # smallest pivot over the largest one [1] of a body whose inside is held by its pins
 LEAST_SHARE = 1e-10  # least strain energy that other shapes leave of a static shape, over its own [1]
-TIE = 0.01  # part by which the last of equally large displacements counts less than the first, for signs of shapes [1]
+TIE = 0.01  # part by which the last displacement counts less than the first where shapes get their signs [1]
 NEARLY = 1e-6  # the same of combinations, below which vibrations are whole, beside what they leave of static shapes
 
 
