@@ -26,7 +26,7 @@ from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.sensitivity.parameters import parameter_rates
 from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.sensitivity.tangent_step import pack_differences, synchronise
-from flexmb.engine.step.step_size import FixedStep
+from flexmb.engine.step.step_size import Adaptive
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, record_with
@@ -37,7 +37,7 @@ from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import Start
 
 EQUAL_SQUARES = 1e-6  # relative difference of the squares of two frequencies below which these are one, repeated
-SECOND = 1.0  # step of the run that evaluates signals at rest, which takes none [s]
+SECOND = 1.0  # length of the run that evaluates signals at rest, which takes no step [s]
 
 
 @record_with(repr=False)
@@ -104,7 +104,7 @@ def static_sensitivity(
         raise InputError(f"{label}: give names of signals, of=[...], or a number of frequencies.")
     mechanism = held.at(held.values)
     rest, here = static_equilibrium(mechanism), neighbour(mechanism)
-    run = ParameterRun(here.program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
+    run = ParameterRun(here.program, Newmark.generalised_alpha(), Adaptive(), SECOND, None)
     none = np.zeros(here.program.n_q)
     run.begin(Start(rest.q, none, none, rest.lam))
     places, found = places_of(label, here.program, names), directions(held, here, 0.0)
