@@ -131,3 +131,16 @@ def test_a_load_that_swings_is_taken_at_its_start():
     assert static_sensitivity(swung, {"force": 0.1}, of=["beam.end.y"]).measures.derivative.item() == pytest.approx(
         rate
     )
+
+
+def test_frequencies_of_a_plate_by_its_thickness():
+    """They do not depend on it, and go with the root of Young's modulus."""
+
+    def plate(thickness: float, young: float) -> fm.Mechanism:
+        mesh, stuff = fm.meshes.rectangle(0.6, 0.02, 12, 1), fm.Material(young, 7850.0, 0.3)
+        kind = {"thickness": thickness, "material": stuff, "pins": ("left", "right")}
+        body = fm.PlaneBody("plate", mesh, at=(0.0, 0.0), **kind)
+        return fm.Mechanism("m", [body, fm.Fixed("wall", fm.GROUND, body, at=(0.0, 0.01))])
+
+    found = static_sensitivity(plate, {"thickness": 0.01, "young": 2.1e11}, frequencies=1)
+    np.testing.assert_allclose(relative(found, "frequency 1"), [0.0, 0.5], atol=1e-4)
