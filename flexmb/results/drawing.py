@@ -89,8 +89,13 @@ class Surface:
 
     @cached_property
     def stress(self) -> np.ndarray:
-        """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 without materials."""
+        """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 where they are unknown."""
         shape = self.shape
+        if shape.fibres:  # along the beams; of each element four points on the right, then four on the left
+            across = np.diff(np.array(shape.points).reshape(-1, 2, 4, 2), axis=1).repeat(2, axis=1)
+            ways = np.arctan2(-across[..., 0], across[..., 1]).ravel()
+            own = (self._shortened @ np.array(shape.fibres).T)[..., None] * (1.0, 0.0, 0.0, 0.0)
+            return turned(own, ways + reduced.deformed(shape, self.poses)[1][:, None])
         if not shape.materials:
             return np.zeros((*self.points.shape[:2], 4))
         number = shape.material_of or (0,) * len(shape.cells)
@@ -99,7 +104,7 @@ class Surface:
             return plane.nodal_stresses(*mesh, moved_points(shape, self.poses))
         shapes = np.array(shape.basis).T.reshape(-1, len(shape.points), 2)
         own = np.einsum("ti,ims->tms", self._shortened, plane.linear_stresses(*mesh, shapes), optimize=True)
-        return turned(own, reduced.deformed(shape, self.poses)[1])
+        return turned(own, reduced.deformed(shape, self.poses)[1][:, None])
 
     @cached_property
     def von_mises(self) -> np.ndarray:
@@ -135,8 +140,8 @@ def moved_points(shape: kinds.MeshShape, poses: np.ndarray) -> np.ndarray:
 
 
 def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Stresses (n, m, 4) sx, sy, txy, sz in axes from which their own ones are turned by angles (n,) [rad]."""
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    """Stresses (n, m, 4) sx, sy, txy, sz in axes from which their own ones are turned by angles (n or 1, m or 1)."""
+    c, s = np.cos(angle), np.sin(angle)
     sx, sy, t, sz = np.moveaxis(stress, -1, 0)
     xx, yy = c * c * sx + s * s * sy - 2.0 * c * s * t, s * s * sx + c * c * sy + 2.0 * c * s * t
     return np.stack([xx, yy, c * s * (sx - sy) + (c * c - s * s) * t, sz], axis=-1)
@@ -207,8 +212,7 @@ def spread_instants(sol: Solution, most: int) -> np.ndarray:
 
 def nearest_to_each(sol: Solution, times: np.ndarray) -> np.ndarray:
     """Number of the saved instant nearest to each of `times` [s]."""
-    right = np.clip(np.searchsorted(sol.time, times), 1, max(len(sol.time) - 1, 1))
-    right = np.minimum(right, len(sol.time) - 1)
+    right = np.minimum(np.maximum(np.searchsorted(sol.time, times), 1), len(sol.time) - 1)
     left = np.maximum(right - 1, 0)
     return np.where(np.abs(times - sol.time[left]) <= np.abs(sol.time[right] - times), left, right)
 

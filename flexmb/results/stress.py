@@ -85,13 +85,13 @@ def stress(sol: Solution, body: str, points: Wanted | None, times: Times, mechan
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
         plate: Any = part
+        moved = surface(sol, shape, instants)
         if part.whole_body is part:  # in axes that turn with it
-            moved = surface(sol, shape, instants)
             X, x = plate.mesh.points, moved.points
             along, across = turned_by(X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True))
-            whole = turned(moved.stress, -np.arctan2(across, along))
-        elif plate.model.stresses is None:
-            raise InputError(f"{part.label} has no stresses.")
+            whole = turned(moved.stress, -np.arctan2(across, along)[:, None])
+        elif shape.fibres:  # of beams
+            whole = turned(moved.stress, -reduced.deformed(shape, moved.poses)[1][:, None])
         else:  # sums of the stresses of its shapes, in its axes
             d, _ = reduced.deformed(shape, poses(sol, shape.part, shape.nodes, instants))
             e = reduced.shortened(d, plate.element.directions)

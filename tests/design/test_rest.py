@@ -115,3 +115,32 @@ def test_table_and_tornado_show_what_was_asked_for():
     assert len(found.table()) == 8
     figure = fm.plots.plot_tornado(found, "bar.theta")
     assert len(figure.axes[0].patches) == 4
+
+
+def test_a_load_that_swings_is_taken_at_its_start():
+    """It was refused for the steps of a run that takes none."""
+
+    def swung(force: float) -> fm.Mechanism:
+        found = cantilever(0.5, 0.0, 0.01, 2e11, 7800.0)
+        swing = fm.drives.Harmonic(1.0, frequency=50.0, phase=0.5 * np.pi)
+        return fm.Mechanism(
+            "swung", [*found.parts[:2], fm.Force("F", found["beam"], (0.5, 0.0), (0.0, -force), history=swing)]
+        )
+
+    rate = -(0.5**3) / (3.0 * 2e11 * 0.01**4 / 12.0)
+    assert static_sensitivity(swung, {"force": 0.1}, of=["beam.end.y"]).measures.derivative.item() == pytest.approx(
+        rate
+    )
+
+
+def test_frequencies_of_a_plate_by_its_thickness():
+    """They do not depend on it, and go with the root of Young's modulus."""
+
+    def plate(thickness: float, young: float) -> fm.Mechanism:
+        mesh, stuff = fm.meshes.rectangle(0.6, 0.02, 12, 1), fm.Material(young, 7850.0, 0.3)
+        kind = {"thickness": thickness, "material": stuff, "pins": ("left", "right")}
+        body = fm.PlaneBody("plate", mesh, at=(0.0, 0.0), **kind)
+        return fm.Mechanism("m", [body, fm.Fixed("wall", fm.GROUND, body, at=(0.0, 0.01))])
+
+    found = static_sensitivity(plate, {"thickness": 0.01, "young": 2.1e11}, frequencies=1)
+    np.testing.assert_allclose(relative(found, "frequency 1"), [0.0, 0.5], atol=1e-4)

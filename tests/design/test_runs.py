@@ -242,3 +242,20 @@ def test_a_force_that_ends_with_a_kink(damping, rtol, limit):
         missed = np.abs(found.measures.derivative.values[:, 0] - expected)
         assert missed[0] < limit * 2.6e-5  # largest in the contact; y' passes zero
         assert missed[1] < limit * abs(expected[1])
+
+
+def test_reduced_plates_by_their_thickness():
+    """Shapes keep their signs beside neighbours; the largest stress, sought in groups of other nodes, has no slope."""
+
+    def plate(thickness):
+        mesh = fm.meshes.rectangle(0.6, 0.02, 12, 1)
+        kind = {"material": fm.STEEL, "pins": ("left", "right"), "thickness": thickness}
+        body = fm.Reduced(fm.PlaneBody("plate", mesh, at=(0.0, 0.0), **kind), modes=3)
+        push = fm.Force("F", body, at=(0.6, 0.01), force=(3.0, -20.0))
+        return fm.Mechanism("m", [body, fm.Fixed("wall", fm.GROUND, body, at=(0.0, 0.01)), push])
+
+    span = {"t_end": 5e-3, "save": 2, "step": 2e-4}
+    found = fm.design.sensitivity(plate, {"thickness": 0.01}, of=["plate.right.y", "plate.von_mises"], **span)
+    right = [float(fm.simulate(plate(h), **span)["plate.right.y"][-1]) for h in (0.00999, 0.01001)]
+    assert float(found["plate.right.y"][0, -1]) == pytest.approx((right[1] - right[0]) / 2e-5, rel=1e-3)
+    assert np.isnan(found["plate.von_mises"][0, -1])

@@ -120,12 +120,27 @@ def test_drawn_sides_lie_on_two_circles():
 
 
 def test_stresses_of_an_arc():
-    """Clamped quarter ring under a moment M at its tip: M c/I everywhere, of opposite signs on both sides."""
+    """Clamped quarter ring under a moment M at its tip: stress by Winkler and Bach, r0 the radius without stress."""
     small = fm.Reduced(quarter(stress=True), modes=3)
     force = np.zeros(9)
     force[5] = 40.0
     d = np.concatenate([np.zeros(3), np.linalg.solve(small.element.matrices["K"][3:, 3:], force[3:])])
     along = small.model.stresses((small.basis.shapes @ d)[:, None])[:, 0, 0].reshape(-1, 2, 4)
-    bending = 40.0 * 0.01 / (0.1 * 0.02**3 / 12.0)
-    assert along[:, 0] == pytest.approx(np.full((12, 4), bending), rel=5e-3)
-    assert along[:, 1] == pytest.approx(np.full((12, 4), -bending), rel=5e-3)
+    r0 = 0.02 / math.log((R + 0.01) / (R - 0.01))
+    outer, inner = (40.0 * (r - r0) / (0.002 * (R - r0) * r) for r in (R + 0.01, R - 0.01))
+    assert along[:, 0] == pytest.approx(np.full((12, 4), outer), rel=2e-4)
+    assert along[:, 1] == pytest.approx(np.full((12, 4), inner), rel=2e-4)
+
+
+def test_stresses_of_a_pulled_arc():
+    """Quarter ring under a force at its tip: normal force and moment of statics, of coarse elements as well."""
+    small, (P, Q) = fm.Reduced(quarter(elements=4, stress=True)), (7000.0, 500.0)
+    d = np.concatenate([np.zeros(3), np.linalg.solve(small.element.matrices["K"][3:, 3:], [P, Q, 0.0])])
+    along = small.model.stresses((small.basis.shapes @ d)[:, None])[:, 0, 0].reshape(-1, 2, 4)
+    angles = (np.arange(4)[:, None] + np.arange(4) / 3.0) * math.pi / 8.0
+    r0 = 0.02 / math.log((R + 0.01) / (R - 0.01))
+    x, y = R * np.sin(angles), R * (1.0 - np.cos(angles))
+    N, M = P * np.cos(angles) + Q * np.sin(angles), (R - x) * Q - (R - y) * P
+    for side, r in enumerate((R + 0.01, R - 0.01)):
+        wanted = N / 0.002 + M * (r - r0) / (0.002 * (R - r0) * r)
+        assert along[:, side] == pytest.approx(wanted, abs=2e-3 * np.abs(wanted).max())

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import meshio
 import numpy as np
 import pytest
 
@@ -63,6 +64,28 @@ def test_tapered_cantilever():
         assert found == pytest.approx(300.0 * (LENGTH - x) * 6.0 / (WIDTH * height**2), rel=2e-3)
 
 
+class Wedge(fm.Section):
+    """A plate of constant width that runs out to an edge."""
+
+    def area_at(self, s):
+        return WIDTH * HEIGHT * (1.0 - s)
+
+    def second_moment_at(self, s):
+        return SECOND * (1.0 - s) ** 3
+
+    def outer_fibre_at(self, s):
+        return 0.5 * HEIGHT * (1.0 - s)
+
+
+def test_a_wedge_has_no_stress_at_its_tip():
+    """Under its weight rho g L^2/h at the root; its tip was refused as a faulty kernel."""
+    wedge = beam(section=Wedge())
+    parts = [wedge, fm.Fixed("wall", fm.GROUND, wedge, at=(0.0, 0.0))]
+    sol = fm.simulate(fm.Mechanism("wedge", parts, gravity=(0.0, -9.81)), t_end=1e-5, step=1e-5, start="equilibrium")
+    assert sol.peak("rod.von_mises").value == pytest.approx(7850.0 * 9.81 * LENGTH**2 / HEIGHT, rel=1e-3)
+    assert sol.stress("rod", ["end"])["von_mises"].values == pytest.approx(0.0)
+
+
 def test_plate_and_its_reduction_bend_as_a_beam():
     """Far from the ends, where rigid pins disturb the stress."""
     full, small = pulled(plate()), pulled(fm.Reduced(plate(), modes=3))
@@ -78,6 +101,27 @@ def test_plate_and_its_reduction_bend_as_a_beam():
     ends = [sol.stress("rod").isel(time=-1)["von_mises"].values for sol in (full, small)]
     np.testing.assert_allclose(ends[1], ends[0], atol=5e-3 * ends[0].max())
     assert full.peak("rod.von_mises").node == small.peak("rod.von_mises").node
+
+
+def test_stresses_of_a_reduced_frame_lie_along_its_beams(tmp_path):
+    """A column under a force at the end of an arm is stressed along y, also in files for ParaView."""
+    corners, edges = ((0.0, 0.0), (0.0, 0.4), (0.3, 0.4)), ((0, 1), (1, 2))
+    frame = fm.FlexibleFrame("L", corners, edges, section=fm.Rectangle(WIDTH, HEIGHT), material=STEEL)
+    body = fm.Reduced(frame)
+    parts = [body, fm.Fixed("foot", fm.GROUND, body, corners[0]), fm.Force("F", body, corners[2], (0.0, -1.0))]
+    sol = fm.simulate(fm.Mechanism("L", parts, gravity=(0.0, 0.0)), t_end=1e-5, step=1e-5, start="equilibrium")
+    left, axial = (-0.5 * HEIGHT, 0.2), -1.0 / AREA
+    found = sol.stress("L", [left]).isel(time=-1, place=0)
+    bending = 6.0 * 0.3 / (WIDTH * HEIGHT**2)
+    assert [float(found[s]) for s in ("sx", "sy", "txy")] == pytest.approx(
+        [0.0, axial + bending, 0.0], rel=1e-3, abs=1.0
+    )
+    frames = fm.write_vtk(sol, tmp_path / "L.pvd", frames=2).with_suffix("").glob("L_*.vtu")
+    file = meshio.read(max(frames))
+    k = np.hypot(*(file.points[:, :2] - left).T).argmin()
+    assert [file.point_data[s][k] for s in ("stress_x", "stress_y")] == pytest.approx(
+        [0.0, axial + bending], rel=1e-2, abs=10.0
+    )
 
 
 @pytest.mark.parametrize("reduced", [pytest.param(False, marks=pytest.mark.slow), True])

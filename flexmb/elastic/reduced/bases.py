@@ -81,6 +81,7 @@ RIGID = 3  # motions of a rigid body
 FIRST_TRIAL = 12  # number of vibrations that are computed first where all up to a frequency are kept
 LEAST_PIVOT = 1e-13  # smallest pivot over the largest one [1] of a body whose inside is held by its pins
 LEAST_SHARE = 1e-10  # least strain energy that other shapes leave of a static shape, over its own [1]
+TIE = 0.01  # part by which the last displacement counts less than the first where shapes get their signs [1]
 NEARLY = 1e-6  # the same of combinations, below which vibrations are whole, beside what they leave of static shapes
 
 
@@ -241,7 +242,8 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
     moved = np.asarray(model.shape @ phi)
     largest = np.sqrt((moved[0::2] ** 2 + moved[1::2] ** 2).max(axis=0))
     size = np.ptp(model.points, axis=0).max()
-    signs = np.sign(moved[np.abs(moved).argmax(axis=0), np.arange(phi.shape[1])])
+    sizes = np.abs(moved) * np.linspace(1.0, 1.0 - TIE, len(moved))[:, None]  # so equal ones have one sign, always
+    signs = np.sign(moved[sizes.argmax(axis=0), np.arange(phi.shape[1])])
     return np.asarray(signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest)
 
 

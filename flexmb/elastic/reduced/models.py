@@ -27,7 +27,7 @@ from flexmb.elastic.reduced.bases import ElasticModel, Sparse
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
-from flexmb.parts.bodies.flexible import Beam, chord_directions, knows_stress, matrices, unstressed_shape
+from flexmb.parts.bodies import flexible
 from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.planar import Array
 
@@ -51,7 +51,7 @@ class Element(NamedTuple):
     start: Array  # first end [m]
     chord: float  # length of the chord [m]
     free: Array  # rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight
-    beam: Beam
+    beam: flexible.Beam
     data: BeamMatrices  # matrices of the beam
     k: int  # number of the element
 
@@ -166,8 +166,8 @@ class BeamModel:
         self.place, self.size = {node.name: 3 * k for k, node in enumerate(self.nodes)}, 3 * len(self.nodes)
         self.elements: list[Element] = []
         for beam in body.beams:
-            data, angles = matrices(beam), chord_directions(beam)
-            unstressed = unstressed_shape(beam, data)
+            data, angles = flexible.matrices(beam), flexible.chord_directions(beam)
+            unstressed = flexible.unstressed_shape(beam, data)
             starts = [self._own(point) for point in beam.points]
             for k, ends in enumerate(pairwise(beam.nodes)):
                 c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
@@ -184,7 +184,7 @@ class BeamModel:
     def model(self) -> ElasticModel:
         """The elastic model."""
         body, stiffness = self.body, self._assembled(element.stiffness() for element in self.elements)
-        stresses = self._stresses if all(knows_stress(beam.section) for beam in body.beams) else None
+        stresses = self._stresses if all(flexible.knows_stress(beam.section) for beam in body.beams) else None
         return ElasticModel(
             body.label, self.pins, stiffness, *self._samples(), *self._turns(), self._stress_stiffness, body.damping,
             self.origin, self.direction, *self._outline(), stresses, body.mass_damping,
@@ -235,15 +235,13 @@ class BeamModel:
         return MeshShape(self.body.name, "quad4", corners, tuple(cells), tuple(cells), ()), sp.vstack(rows).tocsr()
 
     def _stresses(self, z: Array) -> Array:
-        """Normal stresses in outer fibres (points, 4, n) of displacements (N, n); moments are linear along elements."""
-        found = []
-        for element in self.elements:
-            moved, s, section = element.turn @ z[element.places], element.stations, element.beam.section
-            _, first, _, last = element.data.bending_stiffness[element.k] @ (element.bending @ moved)
-            moment = (PLACES - 1.0)[:, None] * first + PLACES[:, None] * last
-            fibre = np.asarray(section.outer_fibre_at(s) / section.second_moment_at(s))[:, None]
-            axial = (element.normal_force @ moved) / np.asarray(section.area_at(s))[:, None]
-            found += [axial - side * fibre * moment for side in (-1.0, 1.0)]
+        """Normal stresses in outer fibres (points, 4, n) of displacements (N, n); moments follow the axis at rest."""
+        found, factors = [], np.concatenate([flexible.section_factors(beam, PLACES) for beam in self.body.beams])
+        for element, factor in zip(self.elements, factors, strict=True):
+            moved, bow = element.turn @ z[element.places], element.cubic[:, 1::2] @ element.free
+            normal, forces = element.normal_force @ moved, element.stiffness() @ moved
+            moment = (PLACES - 1.0)[:, None] * forces[2] + PLACES[:, None] * forces[5] + np.outer(bow, normal)
+            found += [factor[:, :1] * normal - factor[:, side, None] * moment for side in (2, 1)]
         normal = np.concatenate(found)
         return np.stack([normal, *[np.zeros_like(normal)] * 3], axis=1)
 

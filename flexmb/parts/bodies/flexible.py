@@ -467,13 +467,14 @@ def section_factors(beam: Beam, along: np.ndarray) -> np.ndarray:
     """(elements, m, 3) stress over N, 1/A, and over -M in the outer fibres on the left and on the right [1/m^3]."""
     # At fractions (m,) along each element of a beam whose outer fibres are known.
     stations, section = np.array(beam.stations), beam.section
-    places = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
-    left = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
+    at = (stations[:-1, None] + np.diff(stations)[:, None] * along) / stations[-1]
+    A, I = (np.where(np.asarray(x) > 0.0, x, math.inf) for x in (section.area_at(at), section.second_moment_at(at)))
+    left = np.asarray(section.outer_fibre_at(at)) / I  # 0 at the tip of a wedge
     both = np.stack([left, -left], axis=-1)
-    if beam.turn and abs(beam.turn) > THIN * beam.length / np.max(section.outer_fibre_at(places)):
-        curved = arc_factors(beam, places)
+    if beam.turn and abs(beam.turn) > THIN * beam.length / np.max(section.outer_fibre_at(at)):
+        curved = arc_factors(beam, at)
         both = np.where(np.isnan(curved), both, curved)
-    return np.concatenate([1.0 / np.asarray(section.area_at(places))[..., None], both], axis=-1)
+    return np.concatenate([1.0 / A[..., None], both], axis=-1)
 
 
 def beam_stress_signal(

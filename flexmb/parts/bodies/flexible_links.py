@@ -217,11 +217,9 @@ class FlexibleFrame(FlexibleBody, Edges):
         return tuple(self.points)
 
     def nodes(self) -> tuple[Node, ...]:
-        found = {f"node{i}": p for i, p in enumerate(self.points)}
-        for beam in self.beams:
-            for name, place in zip(beam.nodes, beam.points, strict=True):
-                found.setdefault(name, place)
-        return tuple(Node(name, *point, 0.0) for name, point in found.items())
+        corners = {f"node{i}": p for i, p in enumerate(self.points)}
+        every = {name: p for beam in self.beams for name, p in zip(beam.nodes, beam.points, strict=True)}
+        return tuple(Node(name, *point, 0.0) for name, point in (corners | every | corners).items())
 
     @cached_property
     def beams(self) -> tuple[Beam, ...]:
