@@ -389,7 +389,7 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
         if m > 0:
             angle = math.sqrt(elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n))
         allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
-        converged = report.correction <= report.tolerance * allowed
+        converged = report.correction <= report.tolerance * allowed * newton.fraction  # of the whole correction
     if converged:
         held, strict = newton.held == elimination.ROWS_HELD, newton.hold == elimination.LOST_PIVOT
         record.count.held_code = jacobian_reuse.held_code(held, strict, flow)
