@@ -216,8 +216,8 @@ class Wheels(Part):
 
     def _rounds(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
         """Finding on a line of centres that goes round without an arm."""
-        drawn, hint = np.subtract(*self._axes(mechanism)[::-1]), "Give arm=, the body that carries the axes."
-        if self.arm.name == GROUND.name and np.hypot(*drawn) > COAXIAL:
+        drawn, hint = np.diff(self._axes(mechanism), axis=0)[0], "Give arm=, the body that carries the axes."
+        if self.arm.name == GROUND.name and np.abs(drawn).max() > COAXIAL:
             yield from rounds(self, motion, self._mounts(mechanism), 0.0, drawn, hint)
 
     def _axes(self, mechanism: Mechanism) -> list[Point]:
