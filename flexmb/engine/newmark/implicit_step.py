@@ -57,7 +57,7 @@ def solve_correction(m, lu, values, options, trial):
 
 
 @compiled
-def damping_factor(n, trial):
+def damping_factor(n, trial, work):
     """Set trial.newton.fraction, the applied fraction of the correction, and trial.newton.reach, its largest length."""
     # Where friction changes its sign, full corrections alternate between its branches for ever. A correction that turns
     # back shows that the solution lies within the one before it: from then on no correction is longer than half of the
@@ -72,7 +72,8 @@ def damping_factor(n, trial):
         before += trial.last_correction[i] * trial.last_correction[i]
         now += trial.solution[i] * trial.solution[i]
         push += trial.solution[i] * trial.rhs[i]
-    sign = -1.0 if push < 0.0 and newton.reach < math.inf else 1.0  # where friction falls, corrections lead away
+    falls = push < 0.0 and newton.reach < math.inf and jacobian_reuse.has_contact_or_friction(work.slopes)
+    sign = -1.0 if falls else 1.0  # where friction falls within the step, corrections lead away
     if sign * newton.fraction * along < 0.0:
         newton.reach = 0.5 * abs(newton.fraction) * math.sqrt(before)
     elif newton.fraction < 1.0:
@@ -196,7 +197,7 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
         old_factors = newton.reusing and newton.factorisations == 0
         solve_correction(m, lu, flow.factors if old_factors else work.lu, options, trial)
         if not newton.reusing:
-            damping_factor(tables.sizes.n_b, trial)
+            damping_factor(tables.sizes.n_b, trial, work)
         length, angle = report.length_tolerance, report.angle_tolerance
         size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / abs(newton.fraction)
         same = 0.5 * length <= report.length_tolerance <= 2.0 * length
@@ -391,7 +392,8 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
         if m > 0:
             angle = math.sqrt(elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n))
         allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
-        converged = report.correction <= report.tolerance * allowed and size <= max(allowed, NONLINEAR_CORRECTION)
+        whole = size if jacobian_reuse.has_contact_or_friction(work.slopes) else 0.0  # correction, not shortened
+        converged = report.correction <= report.tolerance * allowed and whole <= max(allowed, NONLINEAR_CORRECTION)
     if converged:
         held, strict = newton.held == elimination.ROWS_HELD, newton.hold == elimination.LOST_PIVOT
         record.count.held_code = jacobian_reuse.held_code(held, strict, flow)
