@@ -153,8 +153,7 @@ def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> fl
     if not r0 < 0.0 < r1:
         return 0.0
     # f(s) = f0 + r0 s + c s^2 + d s^3
-    c = (3.0 * (f1 - f0) / size - 2.0 * r0 - r1) / size
-    d = (r0 + r1 - 2.0 * (f1 - f0) / size) / size**2
+    c, d = (3.0 * (f1 - f0) / size - 2.0 * r0 - r1) / size, (r0 + r1 - 2.0 * (f1 - f0) / size) / size**2
     below = c + np.sqrt(c * c - 3.0 * r0 * d) if c * c >= 3.0 * r0 * d else 0.0
     s = -r0 / below if below > 0.0 else 0.5 * size
     if not 0.0 < s < size:

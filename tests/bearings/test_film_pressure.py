@@ -8,7 +8,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import slider_crank
-from flexmb.parts.bearings.kernels import JOURNAL_FILM, PEAK_PRESSURE, film_signal
+from flexmb.parts.bearings.kernels import JOURNAL_FILM, PEAK_PRESSURE, SIDE_FLOW, film_signal
 from flexmb.parts.wear.worn_bearing import WORN_FILM, worn_film_signal
 
 C, R, WIDTH = 5e-5, 0.01, 0.012
@@ -122,3 +122,16 @@ def test_what_has_no_film_is_refused(joint, more, words):
     sol = fm.simulate(DRY.with_part(WET), periods=0.01)
     with pytest.raises(fm.errors.InputError, match=words):
         fm.plots.plot_pressure(sol, joint, **more)
+
+
+@pytest.mark.parametrize("cavitation", ["positive", "half", "none"])
+def test_oil_leaves_a_short_film_where_its_pressure_drives_it_out(cavitation):
+    """Flow of both sides h^3/(12 mu) dp/dz, with the parabola 4 p/L of the pressure in the middle."""
+    joint = replace(WET, film=fm.ShortBearing(**OIL, cavitation=cavitation))
+    p = np.array([*joint.numbers((0.0, 0.0), (0.0, 0.0))])
+    p[12] = SIDE_FLOW
+    for q, v in states(20):
+        e = q[3:5] - q[:2]
+        h = C - e[0] * np.cos(DIRECTIONS) - e[1] * np.sin(DIRECTIONS)
+        flow = (h**3 * np.maximum(pressures(joint, q, v), 0.0)).mean() * 2.0 * math.pi * R * 8.0 / (0.24 * WIDTH)
+        assert film_signal(p, 0.0, q, v, np.zeros(6)) == pytest.approx(flow, rel=2e-3)

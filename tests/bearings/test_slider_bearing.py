@@ -68,6 +68,12 @@ def test_the_drag_is_that_of_both_faces():
     assert tilted == pytest.approx(-expected, rel=1e-9)
 
 
+def test_the_largest_pressure_of_a_tilted_slider_stands_at_its_end():
+    """y = 0, tau = 1.8e-3, U = -2 m/s: |U tau|/2 over the cube of the gap of 10 um."""
+    *_, largest = slider.pressed(numbers(), 0.0, 1.8e-3, -2.0, 0.0, 0.0)
+    assert largest == pytest.approx(1.8e-3 / 1e-5**3, rel=1e-9)
+
+
 def reynolds(width, y, tau, U, rate, turning, side, shape=(500, 24)):
     """Force across and moment of one face of a finite slider by finite differences, without cavitation."""
     n, m = shape

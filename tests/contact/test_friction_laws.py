@@ -468,6 +468,25 @@ def test_stick_slip_period(law, tolerance):
     assert periods == pytest.approx(stick_slip(0.4, 0.25, spring, belt), rel=tolerance)
 
 
+@pytest.mark.parametrize("law", [
+    fm.friction.BengisuAkay(0.4, 0.25, v0=1e-4, decay=1e4),
+    fm.friction.LuGre(0.4, 0.25, stribeck_speed=1e-4, stiffness=1e9, damping=1000.0),
+], ids=lambda x: type(x).__name__)  # fmt: skip
+def test_stick_slip_with_default_steps(law):
+    """Every accepted step solves m a = T - k x, also where friction falls; it slides from k x = mu_s m g on."""
+    spring, belt, here = 500.0, 0.1, {"at": (0.0, 0.0), "inertia": 0.1}
+    body, band = fm.RigidBody("block", mass=MASS, **here), fm.RigidBody("band", mass=1.0, **here)
+    sol = fm.simulate(fm.Mechanism("belt", [
+        band, fm.Prismatic("rolls", fm.GROUND, band), fm.Drive("motor", "rolls", fm.ConstantSpeed(belt)),
+        body, fm.Prismatic("slip", band, body, friction=law, length=0.1),
+        fm.SpringDamper("spring", fm.GROUND, body, at=(-1.0, 0.0), to=(0.0, 0.0), stiffness=spring),
+    ], gravity=(0.0, -G)), t_end=1.0, save="steps")  # fmt: skip
+    x, a, T = (sol.array(name) for name in ("block.x", "block.ax", "slip.friction_force"))
+    assert np.abs(MASS * a - T + spring * x).max() < 1e-2
+    middle, fall = 0.25 * MASS * G / spring, 0.15 * MASS * G / spring
+    assert x[len(x) // 2 :].max() == pytest.approx(middle + math.hypot(fall, belt / math.sqrt(spring / MASS)), rel=5e-3)
+
+
 @pytest.mark.parametrize(
     ("law", "step"),
     [

@@ -87,6 +87,28 @@ def test_torques_of_a_planetary_train_balance():
     assert np.abs(sol["energy.residual"].values).max() < 1e-6
 
 
+@pytest.mark.parametrize("drawn", ["gear", "belt"])
+def test_a_line_of_centres_that_goes_round_needs_an_arm(drawn):
+    """A planet that an arm leads round a held sun, twice: it turns by 1 + z_s/z_p, or 1 - r_s/r_p, of the arm."""
+    sun, planet, arm = wheel("sun", O), wheel("planet", Q), fm.RigidBody("arm", at=O, mass=0.3, inertia=2e-3)
+    pins = [
+        fm.Fixed("S", fm.GROUND, sun, at=O),
+        fm.Revolute("A", fm.GROUND, arm, at=O),
+        fm.Revolute("P", arm, planet, at=Q),
+    ]
+    for ok, more in ((True, {"arm": arm}), (False, {})):
+        pair = fm.Gear("pair", sun, planet, teeth=(30, 20), **more)
+        if drawn == "belt":
+            pair = fm.couplings.Belt("pair", sun, planet, radii=(0.03, 0.02), **more)
+        mech = fm.Mechanism(
+            "planet", [sun, planet, arm, *pins, pair, fm.Drive("motor", "A", fm.ConstantSpeed(4.0 * math.pi))]
+        )
+        sol = fm.simulate(mech, t_end=1.0)
+        right = float(sol["planet.theta"][-1]) == pytest.approx((2.5 if drawn == "gear" else -0.5) * 4.0 * math.pi)
+        assert (sol.ok, right) == (ok, ok)
+    assert "more than half a turn" in sol.status
+
+
 def test_belts_open_and_crossed():
     pinion, second = (train().find(name) for name in ("pinion", "wheel"))
     for crossed, sign in ((False, 1.0), (True, -1.0)):

@@ -57,6 +57,17 @@ def test_a_winch_lifts_its_load(side):
     assert float(sol["rope.distance"][-1]) == pytest.approx(-float(sol["load.y"][-1]), rel=1e-6)
 
 
+def test_a_tether_that_winds_round_a_post_ends_after_half_a_turn():
+    """l^2 = l0^2 - 2 R v t of the involute; beyond, the cable was longer by a turn of the drum."""
+    post, ball = drum("post", (0.0, 0.0)), fm.bodies.PointMass("ball", at=(1.0, -0.1), mass=1.0, velocity=(0.0, 3.0))
+    cable = Cable("tether", post, ball, at=(0.0, 0.0), to=ball.at, radii=(-0.1, 0.0), normal=LAW)
+    mech = fm.Mechanism("tether", [post, ball, fm.Fixed("O", fm.GROUND, post, at=(0.0, 0.0)), cable])
+    for t, ok in ((0.8, True), (1.0, False)):
+        sol = fm.simulate(mech, t_end=t)
+        assert sol.ok == ok
+        assert (float(sol["tether.distance"][-1]) == pytest.approx(math.sqrt(1.0 - 0.6 * t), rel=1e-3)) == ok
+
+
 def test_two_loads_over_a_pulley():
     """Atwood with a heavy pulley: a = (m1 - m2) g/(m1 + m2 + J/R^2), and two tensions."""
     R, J, m1, m2 = 0.1, 0.03, 6.0, 4.0

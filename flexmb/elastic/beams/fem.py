@@ -263,8 +263,7 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
-    w = beam.length * _blend(d, beam, xi, 0)
-    normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
+    w, normal = beam.length * _blend(d, beam, xi, 0), np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
     return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
 

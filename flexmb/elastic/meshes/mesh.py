@@ -362,8 +362,7 @@ class PlaneMesh:
         """All edges of the cells."""
         local = np.array(KINDS[self.kind].edges)
         every = self.cells[:, local]  # (m, edges a cell, nodes an edge)
-        owner = np.repeat(np.arange(len(self.cells)), len(local))
-        every = every.reshape(-1, local.shape[1])
+        owner, every = np.repeat(np.arange(len(self.cells)), len(local)), every.reshape(-1, local.shape[1])
         ends = np.sort(every[:, :2], axis=1)
         key = ends[:, 0] * (int(self.cells.max()) + 1) + ends[:, 1]
         order = np.argsort(key, kind="stable")

@@ -320,8 +320,7 @@ def rank_ones(p, rho, factors, d, f, k, left, right):
     for i in range(0, n, 2):
         ex, ey = place_in_axes(p, d, i // 2)
         along += f[i] * ex + f[i + 1] * ey
-    damped = stretch / rho * bent - kq * zeta * product(n, k, left)
-    half = 0.5 * (stiff * bent - kq * along)
+    damped, half = stretch / rho * bent - kq * zeta * product(n, k, left), 0.5 * (stiff * bent - kq * along)
     for i in range(0, n, 2):
         gx, gy = p[g + i], p[g + i + 1]
         wx, wy = -gy / rho, gx / rho

@@ -57,7 +57,7 @@ def solve_correction(m, lu, values, options, trial):
 
 
 @compiled
-def damping_factor(n, trial):
+def damping_factor(n, trial, work):
     """Set trial.newton.fraction, the applied fraction of the correction, and trial.newton.reach, its largest length."""
     # Where friction changes its sign, full corrections alternate between its branches for ever. A correction that turns
     # back shows that the solution lies within the one before it: from then on no correction is longer than half of the
@@ -66,17 +66,20 @@ def damping_factor(n, trial):
     if newton.factorisations < 3:
         newton.fraction, newton.reach = 1.0, math.inf
         return
-    along, before, now = 0.0, 0.0, 0.0
+    along, before, now, push = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         along += trial.solution[i] * trial.last_correction[i]
         before += trial.last_correction[i] * trial.last_correction[i]
         now += trial.solution[i] * trial.solution[i]
-    if along < 0.0:
-        newton.reach = 0.5 * newton.fraction * math.sqrt(before)
+        push += trial.solution[i] * trial.rhs[i]
+    falls = push < 0.0 and newton.reach < math.inf and jacobian_reuse.has_contact_or_friction(work.slopes)
+    sign = -1.0 if falls else 1.0  # where friction falls within the step, corrections lead away
+    if sign * newton.fraction * along < 0.0:
+        newton.reach = 0.5 * abs(newton.fraction) * math.sqrt(before)
     elif newton.fraction < 1.0:
         newton.reach *= 0.5
     now = math.sqrt(now)
-    newton.fraction = 1.0 if now <= newton.reach else newton.reach / now
+    newton.fraction = sign if now <= newton.reach else sign * newton.reach / now
 
 
 @compiled
@@ -194,9 +197,9 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
         old_factors = newton.reusing and newton.factorisations == 0
         solve_correction(m, lu, flow.factors if old_factors else work.lu, options, trial)
         if not newton.reusing:
-            damping_factor(tables.sizes.n_b, trial)
+            damping_factor(tables.sizes.n_b, trial, work)
         length, angle = report.length_tolerance, report.angle_tolerance
-        size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / newton.fraction
+        size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / abs(newton.fraction)
         same = 0.5 * length <= report.length_tolerance <= 2.0 * length
         if not (same and 0.5 * angle <= report.angle_tolerance <= 2.0 * angle):
             newton.last_size = math.inf  # sizes over different tolerances have no ratio
@@ -389,7 +392,8 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
         if m > 0:
             angle = math.sqrt(elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n))
         allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
-        converged = report.correction <= report.tolerance * allowed
+        whole = size if jacobian_reuse.has_contact_or_friction(work.slopes) else 0.0  # correction, not shortened
+        converged = report.correction <= report.tolerance * allowed and whole <= max(allowed, NONLINEAR_CORRECTION)
     if converged:
         held, strict = newton.held == elimination.ROWS_HELD, newton.hold == elimination.LOST_PIVOT
         record.count.held_code = jacobian_reuse.held_code(held, strict, flow)

@@ -219,8 +219,7 @@ def solve_film(
     P = _non_negative(bands.reshape(n + 1, -1), f.ravel(), (f > 0.0 if film is None else film).ravel()).reshape(f.shape)
     weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
     weights[0] *= 0.5
-    mean = P @ weights * (s / q[2:-1:2] * turn / cells)
-    side = float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
+    mean, side = P @ weights * (s / q[2:-1:2] * turn / cells), float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
     return FilmResult(
         float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P, np.arctan2(sin, cos)[2:-1:2]
     )

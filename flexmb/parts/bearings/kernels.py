@@ -186,7 +186,8 @@ def film_signal(p, t, q, v, a):
         if p[KIND] == film.TABLE:
             return scale * film.table_scalar(p, field, eps, squeeze, wedge)
         if which == SIDE_FLOW:
-            return scale * math.sqrt(squeeze * squeeze + wedge * wedge)
+            size = math.sqrt(squeeze * squeeze + wedge * wedge)
+            return scale * (0.5 * (size + abs(wedge)) if p[EXTENT] == film.HALF else size)
         return scale * film.film_pressure(p[KIND], eps, squeeze, wedge)
     return of_force(p, which, q[2], ex, ey, ux, uy, size, nx, ny, v[5] - v[2])
 

@@ -167,9 +167,10 @@ class FiniteBearing(Film):
     Notes
     -----
     Finite volumes, 96 around and 12 on half of the width; errors of forces are below 0.1 % up to an eccentricity of
-    0.9 and a width of two diameters, 0.3 % up to 0.97 and ten diameters (docs/decisions/074-films-of-oil.md).
-    Published tables of steady loads begin the film at the widest gap.  Under a load that turns or reverses, oil from
-    everywhere is the better guess.  Mass of oil in cavities is left out.
+    0.9 and a width of two diameters, 0.3 % up to 0.97 and ten diameters (docs/decisions/074-films-of-oil.md), but 1 to
+    5 % of the small forces of a journal that leaves its bearing's wall; `flow` is 0.5 to 2 % too small.  Published
+    tables of steady loads begin the film at the widest gap.  Under a load that turns or reverses, oil from everywhere
+    is the better guess.  Mass of oil in cavities is left out.
     With `grooves` the oil comes from them alone, and what lies between is a film of its own; a table then takes half a
     minute for each angle between grooves, and adds 1 % at most (1e-4 in the median) to the error.
     The shear stress acts all round the bearing, in the cavitated part as well.
@@ -177,9 +178,8 @@ class FiniteBearing(Film):
 
     supply: str = field(
         'where oil is supplied without pressure: "widest", along the widest gap; "everywhere" where the film is torn',
-        rule=one_of(WIDEST, EVERYWHERE),
-        default=WIDEST,
-    )
+        rule=one_of(WIDEST, EVERYWHERE), default=WIDEST,
+    )  # fmt: skip
     grooves: Sequence[float] = field(
         "directions of axial grooves in the frame of the bearing's body, which supply the oil in place of `supply`",
         "rad", several(number, "angles"), default=(),

@@ -29,9 +29,9 @@ from flexmb.places import packed
 # Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,
 # height of the roughness, half of the length [m]; viscosity [Pa s], width [m]; number of the signal.
 (UX, UY, S1X, S1Y, S2X, S2Y, ANGLE, GAP, HEIGHT, HALF, VISCOSITY, WIDTH, CHOSEN) = range(13)
-NODES = 32
-# Number of places of Gauss' rule along the slider, and the places and weights between -1 and 1.
-PLACES, SHARES = (tuple(values) for values in np.polynomial.legendre.leggauss(NODES))
+NODES = 34
+# Number of places along the slider, places from -1 to 1, weights: Gauss' rule, and the ends for the largest pressure.
+PLACES, SHARES = ((-e, *own, e) for e, own in zip((1.0, 0.0), np.polynomial.legendre.leggauss(NODES - 2), strict=True))
 
 
 @compiled

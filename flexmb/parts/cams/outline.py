@@ -56,8 +56,7 @@ def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: 
     middle, left = 0.5 * (starts + ends), np.column_stack([-chord[:, 1], chord[:, 0]])
     # |p - centre| - radius without dividing by a bulge that may be 0: (power of p) / (|p - centre| + radius)
     to = points - middle[:, None, :]
-    along = np.sum(to * left[:, None, :], axis=2)
-    square = np.sum(chord * chord, axis=1)[:, None]
+    along, square = np.sum(to * left[:, None, :], axis=2), np.sum(chord * chord, axis=1)[:, None]
     power = 4.0 * b * (np.sum(to * to, axis=2) - 0.25 * square) - 2.0 * (1.0 - b * b) * along
     centre = 4.0 * b[:, :, None] * to - (1.0 - b * b)[:, :, None] * left[:, None, :]
     return np.asarray(np.abs(power) / (np.hypot(*centre.transpose(2, 0, 1)) + np.sqrt(square) * (1.0 + b * b)))

@@ -107,8 +107,7 @@ def outline_place(p, first, count, X, Y):
         if square < best:
             best, k, is_end = square, now, False
         joined = p[last + X1] == p[now + X0] and p[last + Y1] == p[now + Y0]
-        start = (X - p[now + X0]) ** 2 + (Y - p[now + Y0]) ** 2
-        end = (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
+        start, end = (X - p[now + X0]) ** 2 + (Y - p[now + Y0]) ** 2, (X - p[last + X1]) ** 2 + (Y - p[last + Y1]) ** 2
         if start < best and square == math.inf and not (joined and before < math.inf):
             _, _, sine = start_normal(p, now)
             best, k, is_end, at_end = start, now, not joined or abs(sine) > 0.5 * SMOOTH, False

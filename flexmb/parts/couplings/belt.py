@@ -188,9 +188,10 @@ class Belt(Wheels):
         return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
-        """Finding on wheels whose distance changes by more than the belt could stretch or take up."""
+        """Findings on wheels that go round, or whose distance changes by more than a belt could stretch or take up."""
         apart = self._distances(mechanism, motion)
         reach = sum(self.radii) if self.crossed else self.radii[0] - self.radii[1]
+        yield from self._rounds(mechanism, motion) if self.coefficient is None and reach else ()
         drawn = planar.distance(*self._axes(mechanism))
         d = np.maximum(np.append(apart, drawn), abs(reach))
         wrap = math.pi * sum(self.radii) + 2.0 * reach * np.arcsin(reach / d)

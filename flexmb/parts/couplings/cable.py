@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
 
+import numpy as np
+
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, field, positive, record, vector
@@ -15,12 +17,13 @@ from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
     Contribution,
+    Ends,
     Reaction,
     SignalContribution,
 )
 from flexmb.model.law import NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import PointToPoint, WatchedMotion, refuse_one_body
+from flexmb.model.part import Part, PointToPoint, WatchedMotion, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import arms_of, dot
@@ -94,6 +97,16 @@ class Distance(PointToPoint):
         return [ConstraintContribution(self.name, distance_kernel, ends.coordinates, *own, reactions=(tension,))]
 
 
+def rounds(part: Part, motion: WatchedMotion, ends: Ends, R: float, drawn: np.ndarray, hint: str) -> Iterator[Finding]:
+    """Finding on a line between two points, or a tangent of circles about them, that leaves half a turn."""
+    d = np.vstack([drawn, motion.point(ends.second.place) - motion.point(ends.first.place)])
+    angle = np.arctan2(d[:, 1], d[:, 0]) - np.arcsin(np.clip(R / np.hypot(*d.T), -1.0, 1.0))
+    turn = np.abs(np.unwrap(angle) - angle[0])
+    if (k := int(np.argmax(turn > math.pi))) > 0:
+        text = f"At t = {(when := motion.times[k - 1]):.6g} s {part.label} has turned by more than half a turn;"
+        yield found("unreal-motion", (part.name,), f"{text} it does not count turns.", hint, wrong=True, time=when)
+
+
 LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
 
 
@@ -156,13 +169,16 @@ class Cable(PointToPoint):
         drums = (CircleShape(self.name, e.place, abs(r)) for e, r in zip(ends, self.radii, strict=True) if r)
         return (LineShape(self.name, CABLE, ends[0].place, ends[1].place), *drums)
 
-    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
-        """Finding on an elongation that no cable bears."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Findings on an elongation that no cable bears, and on a strand that goes round."""
         (stretch, when), length = motion.peak(f"{self.name}.penetration"), self.slack_length
         if stretch > LARGE_STRETCH * length:
             text = f"At t = {when:.6g} s {self.label} is stretched by {stretch:.4g} m, its length is {length:.4g} m."
             remedy = "The stiffness of a cable is E A/length, in N/m."
             yield found("unreal-motion", (self.name,), text, remedy, time=when, stretch=stretch, length=length)
+        if R := sum(self.radii):
+            drawn, hint = np.subtract(self.to, self.at), "Draw it in the middle of its way."
+            yield from rounds(self, motion, self.ends(mechanism), R, drawn, hint)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         ends = self.ends(mechanism)

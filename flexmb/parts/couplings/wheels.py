@@ -36,7 +36,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 from flexmb.model.shape import CircleShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
+from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between, rounds
 from flexmb.parts.couplings.coupling import angle_of, angles_contribution
 from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import direction_row
@@ -214,6 +214,12 @@ class Wheels(Part):
         first, second = (motion.point(mount.place) for mount in self._mounts(mechanism))
         return np.asarray(np.hypot(*(second - first).T))
 
+    def _rounds(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Finding on a line of centres that goes round without an arm."""
+        drawn, hint = np.diff(self._axes(mechanism), axis=0)[0], "Give arm=, the body that carries the axes."
+        if self.arm.name == GROUND.name and np.abs(drawn).max() > COAXIAL:
+            yield from rounds(self, motion, self._mounts(mechanism), 0.0, drawn, hint)
+
     def _axes(self, mechanism: Mechanism) -> list[Point]:
         """Centres of both wheels in the reference configuration [m]."""
         pairs = zip(self.centres or (None, None), (self.first, self.second), strict=True)
@@ -383,7 +389,8 @@ class Gear(Wheels):
         return None if self.backlash is None else self.module_of(mechanism)
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
-        """Finding on an ideal pair whose axes leave the distance that its wheels are made for."""
+        """Findings on an ideal pair whose axes go round, or leave the distance that its wheels are made for."""
+        yield from self._rounds(mechanism, motion) if self.backlash is None else ()
         if self.backlash is not None or self.distance is not None:
             return
         apart, drawn = self._distances(mechanism, motion), abs(sum(self.signed_radii(mechanism)))

@@ -226,8 +226,7 @@ class Stop(Part):
             if getattr(part, "joint", None) != self.joint or not isinstance(motion, Motion):
                 continue
             start = float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[0])
-            low = -math.inf if self.below is None else self.below
-            high = math.inf if self.above is None else self.above
+            low, high = -math.inf if self.below is None else self.below, math.inf if self.above is None else self.above
             if not low <= start <= high:
                 text = f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g}"
                 raise ModelError(f"{text} and {high:g} of joint {self.joint!r}. Begin between them, or move the stop.")

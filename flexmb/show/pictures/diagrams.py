@@ -176,8 +176,7 @@ def plot_branch(
 
 def _draw_branch(ax: mpl.axes.Axes, branch: Branch, signal: str, value: str, labelled: set[str]) -> None:
     """Draw a branch by pieces of one stability; the legend names each kind once."""
-    x = np.array([p.value for p in branch.points])
-    y = _heights(branch, signal, value, branch.points)
+    x, y = np.array([p.value for p in branch.points]), _heights(branch, signal, value, branch.points)
     stable, begin = np.array([p.stable for p in branch.points], dtype=bool), 0
     for k in range(1, len(x) + 1):
         if k < len(x) and stable[k] == stable[begin]:

@@ -102,8 +102,7 @@ def _sweep_sections(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Mar
     choice = html.tag("label", "Signal", html.Markup(" "), html.tag("select", id="signal"))
     controls = html.tag("div", choice, html.tag("button", "Fit", type="button", id="fit"), class_="row")
     chosen = html.tag("p", "No value is chosen.", id="chosen", aria_live="polite")
-    legend = html.tag("div", id="legend", class_="swatches")
-    hint = html.tag("p", SWEEP_HINT, class_="hint")
+    legend, hint = html.tag("div", id="legend", class_="swatches"), html.tag("p", SWEEP_HINT, class_="hint")
     picture = html.section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
     listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
     settings = html.section("Settings", html.facts(listed), anchor="settings")
