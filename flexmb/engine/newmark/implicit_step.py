@@ -392,7 +392,8 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
         if m > 0:
             angle = math.sqrt(elimination.smallest_pivot(lu, work.lu, trial.pivot_scale, n))
         allowed = max(1.0 + GAP_ROUND_OFF * report.round_off / angle, FORCE_ROUND_OFF * report.round_off)
-        whole = size if jacobian_reuse.has_contact_or_friction(work.slopes) else 0.0  # correction, not shortened
+        # A shortened correction ends no iteration where friction may fall, but fixed steps have no shorter ones to try.
+        whole = size if options.adaptive and jacobian_reuse.has_contact_or_friction(work.slopes) else 0.0
         converged = report.correction <= report.tolerance * allowed and whole <= max(allowed, NONLINEAR_CORRECTION)
     if converged:
         held, strict = newton.held == elimination.ROWS_HELD, newton.hold == elimination.LOST_PIVOT
