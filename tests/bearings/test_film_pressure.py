@@ -88,6 +88,7 @@ def test_grooves_part_the_pressure_where_they_are():
         assert found.max() > 0.0
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("surface", WORN_BY)
 @pytest.mark.parametrize("depths", [np.zeros(720), WAVES], ids=["unworn", "waves"])
 def test_pressure_of_a_worn_bearing_carries_the_force_of_its_film(surface, depths):

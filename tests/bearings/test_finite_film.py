@@ -126,6 +126,7 @@ def test_pressures_solve_the_complementarity_problem():
             assert change < bound * math.hypot(fine.radial, fine.tangential) * (10.0 if a < 0.0 else 1.0)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("from_widest", [True, False])
 def test_the_table_holds_the_forces(from_widest):
     """Errors by interpolation are below 5e-4 of the force of the same motion, parting turned into closing."""

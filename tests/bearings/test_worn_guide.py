@@ -144,6 +144,7 @@ def test_tangents_of_worn_sides(name, kind):
     fm.testing.check_part(mech, "guide" if kind == "guide" else "P")
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", PROFILES)
 def test_runs_with_any_profile_reach_their_end(name):
     for mech in (

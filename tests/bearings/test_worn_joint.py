@@ -412,7 +412,7 @@ def test_two_joints_wear_at_once_and_one_that_does_not_wear_stays():
         fm.wear_out(coarse, turns=1.0)
 
 
-@pytest.mark.quick(3)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", PROFILES)
 def test_runs_with_any_profile_reach_their_end(name):
     sol = fm.simulate(DRY.with_part(WORN.with_depths(PROFILES[name])), periods=2)

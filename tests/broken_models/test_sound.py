@@ -140,7 +140,7 @@ def test_there_are_forty_of_them():
     assert len(SOUND) >= 40
 
 
-@pytest.mark.quick(15)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("case", SOUND)
 def test_a_sound_mechanism_is_left_alone(case):
     build, wanted = SOUND[case]

@@ -126,6 +126,7 @@ def test_a_pendulum_over_a_thousand_seconds():
     assert lost(fm.simulate(swinging(angle), t_end=10.0)) is None
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("signals", [None, [], ["arm.node0.x"]])
 def test_a_strain_is_told_whatever_is_saved(signals):
     """A block is bent to a loop."""

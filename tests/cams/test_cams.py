@@ -334,7 +334,7 @@ def test_the_nearest_points_are_found(shape):
     assert worst < 2e-6  # of the spacing of the points, squared
 
 
-@pytest.mark.quick(4)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", ["cam", "roller", "line"])
 @pytest.mark.parametrize("depth", [1e-3, -1e-6, -1e-3])
 def test_gaps_of_discs(kind, depth):

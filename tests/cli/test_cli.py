@@ -155,6 +155,7 @@ def test_save_from_period(tmp_path):
     assert sol.time[-1] == pytest.approx(1.0)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("suffix", "name"), [("", "model"), (":mech", "model-mech"), (":swing", "model-swing")])
 def test_a_mechanism_from_a_file(model, tmp_path, suffix, name):
     out = tmp_path / "out"

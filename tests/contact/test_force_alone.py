@@ -34,7 +34,7 @@ def both(kernel, p, *numbers, z=(0.0,), jit=False):
     return np.array(function(np.array(p), *numbers, np.array(z), np.array(z)))
 
 
-@pytest.mark.quick(3)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("jit", [False, True], ids=["python", "compiled"])
 @pytest.mark.parametrize("kernel", user.BY_HAND, ids=lambda k: k.name)
 def test_normal_laws_over_all_orders_of_size(kernel, jit):

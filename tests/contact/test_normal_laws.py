@@ -123,6 +123,7 @@ def test_hertz_returns_everything():
 # -- in motion -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("exponent", [1.0, 10.0 / 9.0, 1.5])
 @pytest.mark.parametrize("kind", DELIVERED)
 def test_delivered_in_motion(kind, exponent):

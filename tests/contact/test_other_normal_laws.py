@@ -103,6 +103,7 @@ def test_johnson_is_both_halves_of_a_cylinder_pressed_on_a_plane():
     )
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", CYLINDERS)
 def test_restitution_of_a_cylinder(kind):
     laws = [kind(L, (STEEL, STEEL), restitution=e) for e in (0.3, 0.6, 0.9, 1.0)]

@@ -107,6 +107,7 @@ def test_a_rate_that_jumps_is_met():
     assert float(sol["count.time"][-1]) == pytest.approx(0.3, abs=1e-4)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("method", "t_end", "most"), [("newmark", 6.0, 2_000), ("dormand-prince", 2.6, 10_000)])
 def test_a_law_that_slides_along_its_jump_comes_to_rest(method, t_end, most):
     """Dry friction as a law, sign(v): from 1 m two half swings shorten by 2 F/k = 4/7 m each, and it holds at -1/7."""

@@ -259,6 +259,7 @@ def test_a_damped_clutch_that_is_wound_up_from_the_start(damping, step, within):
     assert sol["rotor.omega"].values[-1] == pytest.approx(thrown_back(damping), rel=within)
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("damping", [0.0, 2.0, 10.0, 40.0])
 @pytest.mark.parametrize("steps", [4, 6, 10, 20, 40])
 def test_an_engagement_of_a_few_fixed_steps_is_told(damping, steps):

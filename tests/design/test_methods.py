@@ -54,7 +54,7 @@ def test_other_methods_are_refused_with_what_to_use(asked: Callable[..., Any], m
     assert "give Newmark.generalised_alpha()" in str(caught.value)
 
 
-@pytest.mark.quick(4)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("step", [fm.Adaptive(rtol=1e-7), 5e-4])
 @pytest.mark.parametrize(
     "method",

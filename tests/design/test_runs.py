@@ -223,6 +223,7 @@ def after_a_stop(stiffness: float, damping: float, t: float) -> tuple[float, flo
     return -drop - deep - rate * later - 0.5 * g * later**2, -rate - g * later
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("damping", [0.0, 10.0])
 @pytest.mark.parametrize(("rtol", "limit"), [(1e-4, 1.6e-2), (1e-6, 6e-4)])
 def test_a_force_that_ends_with_a_kink(damping, rtol, limit):

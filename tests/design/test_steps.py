@@ -46,6 +46,7 @@ def derivative(model: Any, parameters: Any, of: str = "piston.x", end: float = E
     return float(found.measures.derivative.values[0, 0])
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("x", [0.0, 10.0, 100.0, 1000.0, 1e6])
 def test_place_of_a_pin_far_from_the_origin(x):
     found = derivative(lambda place: crank(place - x, x=x), {"place": x + 0.08})
@@ -65,6 +66,7 @@ def test_misalignment_that_is_lost_in_round_off(dx):
     assert found == pytest.approx(slope_of_piston(0.08), rel=1e-6)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("x", [0.0, 100.0, 1000.0])
 def test_cantilever_far_from_the_origin(x):
     def cantilever(end: float) -> fm.Mechanism:

@@ -225,6 +225,7 @@ def test_a_short_passage_behind_the_wall_is_not_stepped_over():
     assert flow.state()[1] == pytest.approx(-speed - (2.0 - flow._last), rel=1e-9)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("make", "said"),
     [

@@ -26,6 +26,7 @@ def slope_of_duffing(t, x, s):
     return [[0.0, 1.0], [1.0 - 3.0 * x[0] ** 2 / s**2, -0.3]]
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("scale", SCALES)
 def test_tangents_are_the_same_in_any_unit(scale):
     def both(t, y):
@@ -183,6 +184,7 @@ def from_post(t, x, s):
     return math.hypot(x[0], x[1]) - s
 
 
+@pytest.mark.quick(7)
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("is_compiled", [False, True])
 def test_a_post_that_lies_within_one_step_is_hit_in_any_unit(scale, is_compiled):

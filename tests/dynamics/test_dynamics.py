@@ -123,6 +123,7 @@ def test_what_it_hands_out_is_a_copy(system):
     assert np.isfinite(system.observe()).all()
 
 
+@pytest.mark.quick(8)
 def test_advance_in_two_parts_is_advance_at_once(name, system):
     one, two, step = system.copy(), system.copy(), span(system)
     began = system.time
@@ -143,6 +144,7 @@ def test_copies_go_their_own_way_and_the_same_one(system):
     assert np.array_equal(again.state(), other.state())
 
 
+@pytest.mark.quick(8)
 def test_reset_to_a_state_goes_on_from_there(name, system):
     there, time = system.state(), system.time
     ahead = system.copy()
@@ -177,7 +179,7 @@ def test_unknown_parameters_are_refused(system):
         system.reset(parameters={"no such thing": 1.0})
 
 
-@pytest.mark.quick(9)
+@pytest.mark.quick(4)
 def test_tangents_are_linear(system):
     W = allowed(system, 2)
     both = np.ascontiguousarray((W @ [0.3, -2.0])[:, None])
@@ -186,6 +188,7 @@ def test_tangents_are_linear(system):
     assert np.abs(one @ [0.3, -2.0] - sums[:, 0]).max() <= 1e-6 * np.abs(one).max()
 
 
+@pytest.mark.quick(8)
 def test_tangents_leave_the_motion_alone(name, system):
     with_them, _ = carried(system, allowed(system, 2), span(system))
     alone = system.copy()
@@ -193,7 +196,7 @@ def test_tangents_leave_the_motion_alone(name, system):
     assert np.abs(with_them.state() - alone.state()).max() <= tolerance(name) * size_of(alone.state())
 
 
-@pytest.mark.quick(8)
+@pytest.mark.quick(4)
 def test_tangents_are_small_differences(name, system):
     """Central differences of the motion itself: error of the order eps^2, and of the solver over eps.
 

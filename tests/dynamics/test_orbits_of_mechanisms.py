@@ -205,6 +205,7 @@ def test_grazing_of_a_worn_joint_is_located():
     assert found[0].value == pytest.approx(amplitude, rel=6e-5)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("frequency", "times", "ok"), [(4.0, 1, True), (1.0, 1, False), (1.0, 2, True), (0.7, 1, False)]
 )

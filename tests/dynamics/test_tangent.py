@@ -83,7 +83,7 @@ SMOOTH = {
 }
 
 
-@pytest.mark.quick(4)
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("first", [True, False])
 def test_one_step_without_contacts(name, first, monkeypatch):

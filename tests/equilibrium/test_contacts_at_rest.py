@@ -188,7 +188,7 @@ def test_inverse_dynamics_feels_a_taut_cable():
     assert found.torque("motor")[2] > 100.0
 
 
-@pytest.mark.quick(16)
+@pytest.mark.quick(7)
 @pytest.mark.parametrize("load_steps", [1, 4, 10, 16])
 @pytest.mark.parametrize(("gap", "side"), [(0.005, 1.0), (0.01, -1.0), (0.04, 1.0)])
 @pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])

@@ -38,6 +38,7 @@ def haringx(ratio):
     return found
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [5, 10, 20, 40])
 def test_eulers_load_with_any_number_of_elements(ratio):
     """Two elements in a quarter of a wave: errors fall with the fourth power, to the round-off of fine ones.
@@ -52,6 +53,7 @@ def test_eulers_load_with_any_number_of_elements(ratio):
     assert abs(factors[4]) < 1e-7
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [4, 5, 10, 20])
 def test_shear_lowers_the_buckling_load(ratio):
     """Haringx's load, of Reissner's beam without its compression: hinged ends, length over height 8 to 40; order 2."""

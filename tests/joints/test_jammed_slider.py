@@ -41,6 +41,7 @@ def corners(sol):
     return {name: sol.array(f"G.{name}.normal_force") for name in names}
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("slope", [0.0, 0.5, 1.2])
 @pytest.mark.parametrize("moment", [0.0, 2.0])

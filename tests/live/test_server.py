@@ -199,6 +199,7 @@ WRONG = [
 ]  # fmt: skip
 
 
+@pytest.mark.quick(8)
 @pytest.mark.parametrize("text", WRONG, ids=[text[:40] for text in WRONG])
 def test_wrong_messages_are_refused_and_change_nothing(crank_page, text):
     before = crank_page.code()

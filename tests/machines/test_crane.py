@@ -36,6 +36,7 @@ def by_hand(times, limit, ki=0.0):
     return solve_ivp(rates, (0.0, times[-1]), np.zeros(5), t_eval=times, rtol=1e-10, atol=1e-12).y
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("limit", "ki"), [(1e6, 0.0), (1e6, 6.0), (60.0, 0.0)])
 def test_trolley_and_load_move_as_the_equations_by_hand(limit, ki):
     times = np.linspace(0.0, 12.0, 121)

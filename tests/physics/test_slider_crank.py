@@ -107,6 +107,7 @@ def test_first_contact_is_located_inside_its_step(slider_crank, mu, step):
         assert abs(sol.array("C.penetration_rate")[i] / speed - 1.0) > 10 * accuracy
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("method", RULES)
 @pytest.mark.parametrize("mu", CONVERGED)
 def test_first_impact_and_the_motion_after_it(slider_crank, mu, method):

@@ -95,6 +95,7 @@ def test_a_step_onto_an_onset_books_no_jump(rtol):
     assert abs(sol.array("energy.dissipated_algorithm")[-1]) < 1e-3 * turned
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("stiffness", [1e7, 1e8])
 @pytest.mark.parametrize("damping", [1e3, 5e3, 2e4])
 def test_a_grid_of_laws_with_a_jump_runs(stiffness, damping):

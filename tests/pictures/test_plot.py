@@ -204,6 +204,7 @@ def test_the_legend_lies_in_the_picture(sol, count):
     assert box.y0 >= page.y0
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "n",
     [

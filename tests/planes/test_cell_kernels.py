@@ -70,6 +70,7 @@ def slopes(function, x, h):
     return np.array(columns).T
 
 
+@pytest.mark.quick(10)
 @pytest.mark.parametrize("held", [(), ("p", "p"), ("p", "q", "p")], ids=["free", "side on a pin", "two pins"])
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("kind", KINDS)

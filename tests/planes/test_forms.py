@@ -157,6 +157,7 @@ def deflection_of_cook(mesh: PlaneMesh) -> float:
     return u[2 * np.argmin(np.hypot(*(mesh.points - [48, 52]).T)) + 1]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("kind", "values"),
     [

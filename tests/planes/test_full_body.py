@@ -140,6 +140,7 @@ def tip_deflection(body, load):
     return (y - found["bar.right.y"]) / LENGTH, (x - found["bar.right.x"]) / LENGTH
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("factor", "sag", "pull"), [(1.0, 0.30172, 0.05643), (5.0, 0.71379, 0.38763)])
 def test_large_deflection_is_that_of_the_elastica(factor, sag, pull):
     """Tip of a slender cantilever under P L^2 / E I = 1 and 5.

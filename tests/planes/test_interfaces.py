@@ -70,6 +70,7 @@ def test_weights_of_a_fine_side_do_not_pull_the_mean():
     assert mesh.centre_of("hole") == pytest.approx((0.0, 0.0), abs=1e-15)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_compliance_of_a_pin(kind):
     """Of a rigid pin as published for a mesh of this size; an averaged one is softer; the clamp bears the load."""

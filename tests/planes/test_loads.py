@@ -151,6 +151,7 @@ def resultant(load, body, q):
     return total
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("size", SIZES)
 def test_stresses_on_closed_edges_have_the_resultants_of_statics_in_any_pose(size):
     """A pressure has none; a shear has the moment 2 tau t times the area inside."""
@@ -170,6 +171,7 @@ def test_stresses_on_closed_edges_have_the_resultants_of_statics_in_any_pose(siz
     assert resultant(shear, body, rigid)[2] == pytest.approx(2e6 * 0.01 * area, rel=1e-3)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("size", SIZES)
 def test_dead_loads_and_followers_have_their_resultants_in_any_pose(size):
     body = bar()

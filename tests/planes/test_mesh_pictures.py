@@ -34,6 +34,7 @@ def swinging(kind="quad9"):
     return fm.simulate(mechanism, t_end=0.02, step=2e-4, save=5), body
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_vtk_holds_the_deformed_mesh_with_its_stress(tmp_path, kind):
     sol, body = swinging(kind)

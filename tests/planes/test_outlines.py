@@ -36,6 +36,7 @@ def shape_of_worst_cell(mesh: PlaneMesh) -> float:
     return float((J.min(axis=1) / J.max(axis=1)).min())
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("kind", ["tri6", "quad9"])
 @pytest.mark.parametrize("width", [0.004, 0.014, 0.02, 0.0285, 0.03])
 def test_area_of_a_link_converges_with_order_four(kind, width):
@@ -72,7 +73,7 @@ def test_fillets_of_a_link_fill_its_corners(width, fillet):
     assert errors[1] < 2e-6
 
 
-@pytest.mark.quick(6)
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("width", [0.2, 0.6, 0.75, 0.95])
 @pytest.mark.parametrize("size", [0.1, 0.5])

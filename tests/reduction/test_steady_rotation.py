@@ -145,7 +145,7 @@ def lost_a_turn(body, per_turn):
     return abs(taken[-1] - taken[-21]) / float(sol["energy.kinetic"].values[-1])
 
 
-@pytest.mark.quick(4)
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("kind", slow_where(lambda n: n == "mesh", BODIES))
 def test_dampers_take_nothing_from_a_steady_rotation(kind):
     """What the rates of rotations against places cost falls with h^4; reduced bodies had 2e-6 to 3e-4."""

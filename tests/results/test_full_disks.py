@@ -75,6 +75,7 @@ def test_a_full_disk_leaves_the_old_file_whole(sol, small_disk, name):
     assert not list(small_disk.glob(".*part*"))
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["a.nc", "a.png", "a.gif", "a.glb", "a.html", "a.pvd"])
 def test_nul_in_a_path_is_an_error_with_a_name(sol, tmp_path, name):
     with pytest.raises(InputError, match=r"NUL|cannot be written"):

@@ -50,6 +50,7 @@ def results():
 FIGURES = {one.number: one for one in figures(FULL) if one.number in NUMBERS}
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "plate",
     slow_where(lambda n: n.number not in (19, 25, 36, 42), FIGURES.values()),

@@ -121,7 +121,7 @@ def test_paths(number, results):
         assert np.nanmax(radius) < 1.2 * clearance
 
 
-@pytest.mark.quick(3)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "plate",
     [pytest.param(plate, marks=pytest.mark.slow) if number >= 28 else plate for number, plate in MOTIONS.items()],

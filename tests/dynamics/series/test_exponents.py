@@ -64,6 +64,7 @@ def test_regular_signals_have_no_exponent(signals, method, name):
     assert found.status
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("method", METHODS)
 def test_noise_has_no_exponent(signals, method):
     found = method(*signals["noise"])

@@ -196,7 +196,7 @@ def test_parametric_resonance_is_no_chaos():
     assert found.verdict.evidence["growth"] == pytest.approx(math.exp(found.value * math.pi), rel=1e-3)
 
 
-@pytest.mark.quick(3)
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("start", [(0.1, 0.1), (0.3, 0.1)])
 @pytest.mark.parametrize("tail", [0.85, 0.5, 0.3])
 def test_a_chaotic_transient_that_ends_is_not_called_chaotic(maps, start, tail):
