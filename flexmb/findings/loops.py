@@ -262,7 +262,7 @@ def drive_positions(closed: Program, times: np.ndarray) -> np.ndarray:
 
 
 def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, times: tuple[float, float, float]) -> Finding:
-    """The finding on a mechanism that locks after a closed `pose`; times: of this, of none, end of the motion [s]."""
+    """Finding on a mechanism that locks; times [s]: of the closed `pose`, of one that does not close, of the end."""
     t, bad, span = times
     for _ in range(HALVINGS):
         middle = 0.5 * (t + bad)

@@ -319,7 +319,7 @@ def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int
 
 
 def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[bool, str]:
-    """Whether a converged run is an orbit, and its status: no equilibrium; notes on multipliers, a shorter period."""
+    """Whether a converged run is an orbit, and its status, with notes on multipliers and on a shorter period."""
     system, space = shooting.system, shooting.space
     if shooting.tangent == "differences" and system.is_rough:
         # Error-controlled steps change from run to run, so a difference of two runs has a part of their errors.

@@ -133,7 +133,7 @@ def peak_stress_kernel(p, t, q, v, a, least):
                 largest = S[k]
     if largest == floor:
         return 0.0, 0.0
-    return math.sqrt(largest) if where == math.floor(where) else math.nan, where  # NaN: p between two groupings
+    return math.sqrt(largest) if where == math.floor(where) else math.nan, where  # NaN: a difference of p mixes nodes
 
 
 def peak_stress_signal(

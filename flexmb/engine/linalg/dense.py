@@ -112,7 +112,7 @@ def singular_text(n: int, finding: str) -> str:
 
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     """x (n,) or (n, k) with A (n, n) x = b, scaled, refined once, and held against the limits of `PivotingSolver`."""
-    # A `SolveError` tells an entry that is not finite; a matrix that is (nearly) singular: x does not fulfil equations.
+    # A `SolveError` tells an entry that is not finite, or a matrix so near to singular that x misses the equations.
     n = len(b)
     if not np.isfinite(A).all():
         i, j = np.argwhere(~np.isfinite(A))[0]

@@ -176,7 +176,7 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
 
 def null_vectors(B: sp.sparray) -> np.ndarray:
     """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are."""
-    # Inverse iterations as in `null_vector`, with more vectors until one does not vanish. Rows of B (m, n): of a size.
+    # Inverse iterations of `null_vector`, with more vectors until one does not vanish. B (m, n) has rows of like size.
     m, n = B.shape
     size = largest_singular_value(B)
     if size == 0.0:

@@ -73,7 +73,7 @@ def damping_factor(n, trial, work):
         now += trial.solution[i] * trial.solution[i]
         push += trial.solution[i] * trial.rhs[i]
     falls = push < 0.0 and newton.reach < math.inf and jacobian_reuse.has_contact_or_friction(work.slopes)
-    sign = -1.0 if falls else 1.0  # where friction falls within the step, corrections lead away
+    sign = -1.0 if falls else 1.0  # friction that falls within the step makes d.A d < 0: d leads away
     if sign * newton.fraction * along < 0.0:
         newton.reach = 0.5 * abs(newton.fraction) * math.sqrt(before)
     elif newton.fraction < 1.0:

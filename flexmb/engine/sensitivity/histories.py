@@ -325,7 +325,7 @@ def _move_element(E, e, n, eps, j, q, v, a, T, work):
 
 
 # Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
-# beside the slope of the law; what of it is no part of the accelerations at the end; that slope, for the next step.
+# beside the slope of the law; what of that the accelerations at the end leave out; the slope that they have, kept.
 STARTING, ENDING, EXCESS, CARRIED = range(4)
 # Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
 # slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.

@@ -24,8 +24,8 @@ PAST_OF_QUADRATIC = 2  # number of states before the accepted one that a quadrat
 
 @compiled
 def save_instants(tables, address, options, flow, trial, work, record):
-    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when that is full."""
-    # It must then be emptied, and this function called again before the next step. `trial`, `work` are overwritten.
+    """Save the end of the last step, or the instants of the grid within it; BUFFER_FULL when the buffer is full."""
+    # The buffer must then be emptied and this be called again before the next step. `trial` and `work` are overwritten.
     s = save_ends(options, flow, record)
     while s < 1.0:
         # All signals at fraction s of the last step, in `record.within`.
