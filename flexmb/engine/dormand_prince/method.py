@@ -10,7 +10,6 @@ import numpy as np
 
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.dormand_prince import step as stages
-from flexmb.engine.dormand_prince.complement import complement
 from flexmb.engine.dormand_prince.step import Stages
 from flexmb.engine.newmark import error_control
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
@@ -184,7 +183,7 @@ class DormandPrince(Method):
             if z[END] > z[BEGIN]:
                 text = f"{name!r} has a law with a history, which is integrated with its own low order"
                 raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
-        return DormandPrinceStepper(program, stages.new_stages(program, complement=complement(program)))
+        return DormandPrinceStepper(program, stages.new_stages(program))
 
 
 class DormandPrinceStepper(Stepper):

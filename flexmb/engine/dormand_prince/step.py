@@ -14,14 +14,16 @@ import numpy as np
 
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.dormand_prince import complement as masses
+from flexmb.engine.dormand_prince import tree as trees
 from flexmb.engine.newmark.error_control import find_speeds, largest_error
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import StateVectors, Works, state_vectors
 from flexmb.engine.radau.step import LARGE_SHIFT, add_powers, close_joints, has_work, is_closed, keep_state
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.step.runge_kutta import accelerate, project_state
+from flexmb.engine.system.elements import add_elements
 from flexmb.engine.system.evaluate import evaluate
-from flexmb.engine.system.work import from_template
+from flexmb.engine.system.work import new_from_template
 from flexmb.kernels import compiled, copy
 from flexmb.late import scipy
 from flexmb.program.program import Program
@@ -54,6 +56,7 @@ class Stages(Record):
 
     span: Span
     complement: masses.Complement
+    tree: trees.Tree
     works: Works
     old: StateVectors  # old, between: start of the last step, and an instant within it
     between: StateVectors
@@ -79,14 +82,19 @@ class Stages(Record):
     signals: Vector  # (n_y,) at an instant within
 
 
-@from_template
 def new_stages(program: Program) -> Stages:
     """Work arrays for a compiled mechanism."""
+    own = masses.complement(program)
+    own_tree = trees.tree(program, own)
+    return new_from_template(program, "stages", lambda: _stages(program, own, own_tree), complement=own, tree=own_tree)
+
+
+def _stages(program: Program, complement: masses.Complement, tree: trees.Tree) -> Stages:
     n, m, method = program.n_q + 3, program.n_c, scipy.integrate.DOP853
     A = np.zeros((ALL_STAGES, ALL_STAGES))
     A[:END, :END], A[END, :END], A[END + 1 :] = method.A, method.B, method.A_EXTRA
     return Stages(
-        span=Span.zeros(), complement=masses.complement(program), works=Works.zeros(), old=state_vectors(program),
+        span=Span.zeros(), complement=complement, tree=tree, works=Works.zeros(), old=state_vectors(program),
         between=state_vectors(program), tableau=A, instants=np.minimum(A.sum(axis=1), 1.0),
         errors=np.array([method.E5[:STEP_STAGES], method.E3[:STEP_STAGES]]), weights=method.D.copy(),
         **dict.fromkeys(("Q", "V", "A"), (ALL_STAGES, n)), L=(ALL_STAGES, m), rates=(ALL_STAGES, LEDGER),
@@ -99,6 +107,13 @@ def new_stages(program: Program) -> Stages:
 @compiled
 def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial, work, record, D):
     """Solve for accelerations and multipliers at the trial positions and velocities; RUNNING, or a code."""
+    if D.tree.usable == 1:
+        work.r[:] = 0.0
+        q, v, still = trial.q, trial.v, D.zero
+        add_elements(tables, address, t, fraction * h, q, v, still, flow.z, 0.0, 0.0, 0.0, False, work)
+        record.count.evaluations += 1
+        record.count.held_code = 0
+        return RUNNING if trees.accelerate_by_tree(tables, trial, work, D.tree) else NOT_FINITE
     if D.complement.usable == 1 and trial.left_out.shape[0] == 0:
         q, v, still = trial.q, trial.v, D.zero
         evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
@@ -114,6 +129,9 @@ def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial
 def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
     """Project the trial positions and velocities onto the constraints, with least kinetic energy."""
     if tables.sizes.n_c == 0:
+        return RUNNING
+    if D.tree.usable == 1:
+        trees.place_by_tree(tables, trial, D.tree)
         return RUNNING
     if D.complement.usable == 0 or trial.left_out.shape[0] > 0:
         return close_joints(tables, address, lu, t, h, options, flow, trial, work, record, D)
