@@ -271,7 +271,6 @@ engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest st
 engine.dormand_prince.step.PROJECTIONS | iterations | nothing | most projections of a state
 engine.dormand_prince.step.OLD_FACTORS_RATE | 1 | the shift before | shift that asks the next projection for factors
 engine.dormand_prince.complement.OTHER_POSE | 1 | size of the mechanism | distance of a pose in which the masses must be the same
-engine.dormand_prince.tree.SAME | 1 | size of the mechanism | difference of the equations of a joint from those of a pin
 engine.energy.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 engine.newmark.jacobian_reuse.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
 results.status.WARNING_FRACTION | 1 | limits of the ledger | from here on the status warns

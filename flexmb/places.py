@@ -11,6 +11,7 @@ from collections.abc import Mapping
     GAP, GAP_RATE, SLIP, NORMAL_X, NORMAL_Y, ARM1_X, ARM1_Y, ARM2_X, ARM2_Y,
     ECCENTRICITY_X, ECCENTRICITY_Y, ECCENTRICITY_RATE_X, ECCENTRICITY_RATE_Y,
 ) = range(13)  # fmt: skip
+MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # numbers of a mass at a node [kg, kg m^2, m/s^2]
 # Places of the first of six derivatives of each component, by the six coordinates.
 NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q = range(13, 49, 6)
 NORMAL_FORCE, FRICTION_FORCE = range(49, 51)  # what a contact's row holds behind that

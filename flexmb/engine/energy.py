@@ -284,7 +284,7 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
         return 0.0, 0.0
     E, took, beyond, rate, done = tables.elements, 0.0, 0.0, 1.0 / h, 0
     for e in range(E.p.shape[0]):
-        if E.energy[e] < 0 or e < done:
+        if E.energy[e] < 0 or e < done or E.mass[e] > 0:
             continue
         four, own = E.fours[e, FOUR_DAMPINGS], E.dof[e + 1] - E.dof[e]
         lanes = LANES if four >= 0 else 1

@@ -96,6 +96,8 @@ class ElementContribution:
     account: Kernel | None = None
     damping: Kernel | None = None
     diagonal: bool = False  # whether K, C and M have a diagonal alone
+    # whether it is a rigid mass at a node, p = (mass, inertia, gravity x, y): the loops know it without its kernels
+    is_mass: bool = False
     # `force`, `tangent`, `account`, `damping` of this element and the next three, see `flexmb.engine.compiled.lanes`
     fours: tuple[Kernel, ...] = ()
 
@@ -210,6 +212,7 @@ class ConstraintContribution:
     reactions: tuple[Reaction, ...] = field("reported forces in place of those on a second body", default=())
     columns: tuple[tuple[int, ...], ...] | None = field("places of coordinates of each row; None: all", default=None)
     curved: tuple[tuple[int, int], ...] | None = field("rows and columns of the entries of H; None: all", default=None)
+    is_pin: bool = field("whether two points p = (s1, s2) of two nodes coincide, which the loops know", default=False)
 
     def __post_init__(self) -> None:
         if self.second is not None or self.reactions or self.is_drive or self.joint_friction:

@@ -56,6 +56,7 @@ class Elements(Record):
     tangent: Integers  # (n,)
     account: Integers  # (n,)
     damping: Integers  # (n,)
+    mass: Integers  # (n,) 1: a rigid mass at a node, else 0
     fours: IntegerTable  # (n, 4) force, tangent, account, damping of an element and the next three
     p: IntegerTable  # (n, 2)
     factor_p: IntegerTable  # (n, 2)
@@ -70,6 +71,8 @@ class Constraints(Record):
     """Constraints: kernels, motions of their rows (-1: none), where numbers, rows, dofs and positions are, signals."""
 
     kernel: Integers  # (n,)
+    pin: Integers  # (n,) 1: two points coincide, without friction and motions, else 0
+    turns: Places  # angles of the nodes of these
     motion: Integers  # (n_c,) of each row
     p: IntegerTable  # (n, 2)
     motion_p: IntegerTable  # (n_c, 2)

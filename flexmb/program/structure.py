@@ -151,6 +151,9 @@ def _zeros(rows: int, columns: int, entries: tuple[tuple[int, int], ...] | None)
     return found.ravel()
 
 
+PIN_ENTRIES = 2  # entries of H of a pin, those of its angles; friction in it fills the block
+
+
 def ints(values: Sequence[int] | np.ndarray) -> np.ndarray:
     """A 1-D int64 array."""
     return np.array(values, dtype=np.int64).reshape(-1)
@@ -234,10 +237,10 @@ class Packer:
         # What is never called is not compiled.
         element = self.numbered("element", [None if e.is_complete else e.kernel for e in found])
         energy = self.numbered("energy", [e.energy for e in found])
-        ways = ("force", "tangent", "account", "damping")
+        ways, masses = ("force", "tangent", "account", "damping"), ints([e.is_mass and not e.factor for e in found])
         return Elements(
             element, energy, factors, *(self.numbered(way, [getattr(e, way) for e in found]) for way in ways),
-            self.fours(factors), self.p["element"], self.p["factor"], self.z["element"], self.element_dofs.ptr,
+            masses, self.fours(factors), self.p["element"], self.p["factor"], self.z["element"], self.element_dofs.ptr,
             self.element_blocks.ptr, places(self.element_dofs.values), self.positions(self.element_blocks),
         )  # fmt: skip
 
@@ -265,16 +268,18 @@ class Packer:
 
     def constraints(self) -> Constraints:
         """Arrays of the constraints."""
-        found = self.contributions.constraints
+        found, dofs = self.contributions.constraints, self.constraint_dofs
+        pin = ints([c.is_pin and not c.motions for c in found]) * (np.diff(self.h_blocks.ptr) == PIN_ENTRIES)
         motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
         rubbing = [contribution.joint_friction for contribution in found]
         load = self.numbered("joint_friction", [one.kernel if one else None for one in rubbing])
         law = self.numbered("friction", [one.friction.kernel if one else None for one in rubbing])
         return Constraints(
             self.numbered("constraint", [contribution.kernel for contribution in found]),
+            pin, places(np.unique(dofs.values[np.repeat(pin, np.diff(dofs.ptr)) > 0][2::3])),
             self.numbered("motion", [motion.kernel if motion else None for motion in motions]),
-            self.p["constraint"], self.p["motion"], self.row, self.constraint_dofs.ptr, self.g_blocks.ptr,
-            self.h_blocks.ptr, places(self.constraint_dofs.values), self.positions(self.g_blocks),
+            self.p["constraint"], self.p["motion"], self.row, dofs.ptr, self.g_blocks.ptr,
+            self.h_blocks.ptr, places(dofs.values), self.positions(self.g_blocks),
             self.positions(self.g_blocks, transposed=True), self.positions(self.h_blocks), places(self.h_entries),
             table([[c.coordinates.index(one) for one in c.second] if c.second else [-1] * 3 for c in found], 3),
             ints([contribution.moment_row for contribution in found]), ints(self.layout.constraints),

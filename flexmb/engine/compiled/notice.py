@@ -33,7 +33,6 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.engine.system.evaluate.evaluate": 5.4,
         "flexmb.parts.joints.prismatic.direction_row": 0.5,
         "flexmb.parts.joints.revolute.coincide": 1.0,
-        "flexmb.parts.bodies.rigid.node_force": 0.6,
     },
     "the accounts of a run": {
         "flexmb.engine.linalg.lu.factor": 1.4,

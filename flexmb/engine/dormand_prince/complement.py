@@ -178,18 +178,13 @@ def complement(program: Program) -> Complement:
     return found
 
 
-def probes(program: Program) -> tuple[tuple[np.ndarray, np.ndarray, float], ...]:
-    """Positions (n_q,), velocities and times of two states in which a property that is to be constant is looked at."""
-    away, q = OTHER_POSE * program.sizes * np.cos(np.arange(program.n_q)), program.reference.q
-    return (q, 0.0 * away, 0.0), (q + away, away, 1.0)
-
-
 def inverse_masses(program: Program) -> np.ndarray | None:
     """Diagonal (n_q,) of M^-1; None where M is not diagonal, not positive or not the same in two poses."""
     n, pattern, evaluation = program.n_q, program.symbolic, StateEvaluation(program)
     rows, columns = pattern.a_rows, pattern.a_cols
-    own, diagonal, found = (rows < n) & (columns < n), rows == columns, []
-    for q, v, t in probes(program):
+    own, diagonal = (rows < n) & (columns < n), rows == columns
+    away, found = OTHER_POSE * program.sizes * np.cos(np.arange(n)), []
+    for q, v, t in ((program.reference.q, 0.0 * away, 0.0), (program.reference.q + away, away, 1.0)):
         try:
             M = evaluation.at(q, v, t=t, weights=(0.0, 0.0, 1.0)).work.lu[pattern.places]
         except KernelError:

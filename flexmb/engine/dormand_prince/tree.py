@@ -19,11 +19,10 @@ import numpy as np
 
 from flexmb.engine.compiled.arrays import part_of, row_of
 from flexmb.engine.compiled.records import Integers, Matrix, Record
-from flexmb.engine.dormand_prince.complement import Complement, probes
-from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.engine.dormand_prince.complement import Complement
 from flexmb.engine.system.work import new_from_template
 from flexmb.kernels import compiled
-from flexmb.program.program import BEGIN, END, Program
+from flexmb.program.program import BEGIN, Program
 
 # Numbers of each pin in `Tree.pins`: first row; 1 if its body is the second one of the joint, or -1; first coordinate
 # of its body; places in p of the pin on the body before it, and on its own; of the body before it the number of its
@@ -32,7 +31,6 @@ ROW, SIGN, BODY, NEAR, FAR, BEFORE, START, CARRIER, WIDTH = range(9)
 # Columns of `Tree.known`: direction of the body, kappa, e; A, w, D, k and b, first their sums; acceleration of the pin.
 C, S, KX, KY, EX, EY, AXX, AXY, AYY, WX, WY, D, K, BX, BY, PX, PY, KNOWN = range(18)
 MASS, INERTIA = range(2)  # columns of `Tree.masses`
-SAME = 1e-12  # difference of the equations of a joint from those of a pin, over the size of the mechanism
 
 
 class Tree(Record):
@@ -55,44 +53,17 @@ def tree(program: Program, masses: Complement) -> Tree:
 
 
 def _of_pins(program: Program, usable: bool) -> Tree:
-    bodies = pinned(program) if usable else None
-    rows = [] if bodies is None else grown(program, bodies)
-    pins = np.array(rows, dtype=np.int64)
-    return Tree(usable=int(len(rows) > 0), pins=pins.ravel(), masses=(len(rows), 2), known=(len(rows), KNOWN))
+    C = program.tables.constraints
+    usable = usable and bool(C.pin.all()) and 3 * len(C.pin) == program.n_q
+    pins = np.array(grown(program) if usable else [], dtype=np.int64).reshape(-1, WIDTH)
+    return Tree(usable=int(len(pins) > 0), pins=pins.ravel(), masses=(len(pins), 2), known=(len(pins), KNOWN))
 
 
-def pinned(program: Program) -> np.ndarray | None:
-    """First coordinates (joints, 2) of the bodies of all joints; None unless these are pins at points p, one a body."""
-    C, n = program.tables.constraints, program.n_q
-    shapes = (np.diff(C.dof) - 6, np.diff(C.row) - 2, C.p[:, END] - C.p[:, BEGIN] - 4, C.motion + 1)
-    if 3 * len(C.kernel) != n or any(each.any() for each in shapes):
-        return None
-    dofs = C.dofs.astype(int).reshape(-1, 2, 3)
-    p, evaluation = program.tables.p[C.p[:, BEGIN, None] + np.arange(4)].reshape(-1, 2, 2), StateEvaluation(program)
-    if (dofs != dofs[:, :, :1] + np.arange(3)).any():
-        return None
-    for *state, t in probes(program):
-        q, v = (np.append(each, np.zeros(3))[dofs] for each in state)  # (joints, 2, 3)
-        c, s = np.cos(q[:, :, 2:]), np.sin(q[:, :, 2:])
-        arms = p * c + p[:, :, ::-1] * s * (-1.0, 1.0)
-        G, signs = np.zeros((len(p), 2, 2, 3)), np.array([-1.0, 1.0])
-        G[:, 0, :, 0] = G[:, 1, :, 1] = signs
-        G[:, :, :, 2] = (arms[:, :, ::-1] * (-1.0, 1.0)).transpose(0, 2, 1) * signs
-        rates = (arms * v[:, :, 2:] ** 2 * signs[:, None]).sum(axis=1)
-        gap = ((q[:, :, :2] + arms) * signs[:, None]).sum(axis=1)
-        work = evaluation.at(*state, t=t).work
-        for expected, actual in ((G, work.G), (rates, work.gamma), (gap, work.g)):
-            size = max(program.length, float(np.abs(actual).max()))
-            if np.abs(expected.ravel() - actual).max() > SAME * size:
-                return None
-    return dofs[:, :, 0]
-
-
-def grown(program: Program, bodies: np.ndarray) -> list[tuple[int, ...]]:
+def grown(program: Program) -> list[tuple[int, ...]]:
     """Numbers of all pins from the ground outwards; none if a body is held twice, or not by the ground."""
     C, found = program.tables.constraints, list[tuple[int, ...]]()
     front, of_body, used = [program.n_q], {program.n_q: (-1, 0)}, set()
-    joints = defaultdict(list)
+    bodies, joints = C.dofs.astype(int).reshape(-1, 6)[:, ::3], defaultdict(list)
     for joint, pair in enumerate(bodies.tolist()):
         for body in pair:
             joints[body].append(joint)

@@ -4,6 +4,8 @@ With the direction J of sliding (slip = J v), N(lam) and T of the friction law: 
 Equations (1.1), (1.2) and (1.7) of docs/theory/equations_of_motion.md.
 """
 
+import math
+
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.system import work as columns
 from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
@@ -16,7 +18,13 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
     """Fill work.g, gv, gamma, Gl and G; if `matrix`, put G, G^T and kq H into work.lu.  Add friction to work.r."""
     C = tables.constraints
     work.g[:] = work.gv[:] = work.gamma[:] = work.G[:] = 0.0
+    for k in range(C.turns.shape[0]):
+        turn = C.turns[k]
+        work.cosine[turn], work.sine[turn] = math.cos(q[turn]), math.sin(q[turn])
     for c in range(C.kernel.shape[0]):
+        if C.pin[c] > 0:
+            add_pin(tables, c, q, v, lam, kq, matrix, work)
+            continue
         n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
         dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
         for i in range(n):
@@ -39,6 +47,36 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
                     work.lu[positions[k]] += kq * curve
         if C.joint_friction[c, LOAD_KERNEL] >= 0:
             add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
+
+
+@compiled
+def add_pin(tables, c, q, v, lam, kq, matrix, work):
+    """`add_constraints` of a joint that holds two points of two nodes together."""
+    # Equations (1.4) and (1.5) of docs/theory/equations_of_motion.md.
+    C, Gl = tables.constraints, work.Gl
+    x1, y1, turn1, x2, y2, turn2 = part_of(C.dofs, C.dof[c], C.dof[c + 1])
+    s1x, s1y, s2x, s2y = part_of(tables.p, C.p[c, BEGIN], C.p[c, END])
+    c1, d1, c2, d2 = work.cosine[turn1], work.sine[turn1], work.cosine[turn2], work.sine[turn2]
+    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    w1, w2, row, begin = v[turn1], v[turn2], C.row[c], C.pos_g[c]
+    fx, fy = lam[row], lam[row + 1]
+    work.g[row], work.g[row + 1] = q[x2] + bx - q[x1] - ax, q[y2] + by - q[y1] - ay
+    work.gv[row], work.gv[row + 1] = -v[x1] + ay * w1 + v[x2] - by * w2, -v[y1] - ax * w1 + v[y2] + bx * w2
+    work.gamma[row], work.gamma[row + 1] = bx * (w2 * w2) - ax * (w1 * w1), by * (w2 * w2) - ay * (w1 * w1)
+    Gl[x1], Gl[y1], Gl[turn1] = Gl[x1] - fx, Gl[y1] - fy, Gl[turn1] + (ay * fx - ax * fy)
+    Gl[x2], Gl[y2], Gl[turn2] = Gl[x2] + fx, Gl[y2] + fy, Gl[turn2] + (bx * fy - by * fx)
+    here, there = part_of(C.positions_g, begin, begin + 12), part_of(C.positions_gt, begin, begin + 12)
+    G = part_of(work.G, begin, begin + 12)
+    entries_x, entries_y = ((0, -1.0), (2, ay), (3, 1.0), (5, -by)), ((7, -1.0), (8, -ax), (10, 1.0), (11, bx))
+    for place, entry in entries_x + entries_y:
+        G[place] = entry
+        if matrix:
+            work.lu[here[place]] = entry
+            work.lu[there[place]] = entry
+    if matrix and kq != 0.0:
+        curved = part_of(C.positions_h, C.pos_h[c], C.pos_h[c + 1])
+        for place, curve in enumerate((fx * ax + fy * ay, -fx * bx - fy * by)):
+            work.lu[curved[place]] += kq * curve
 
 
 @compiled

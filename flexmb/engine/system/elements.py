@@ -10,6 +10,7 @@ from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled
+from flexmb.places import GRAVITY_X, GRAVITY_Y, INERTIA, MASS
 from flexmb.program import program as at
 
 # Difference of an input or a state relative to its size, and least size, in central differences of a control law.
@@ -226,25 +227,68 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
             done = e + LANES
         if e < done:
             continue
-        n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
-        gather_state(E, e, n, q, v, a, work)
-        if (E.tangent[e] if matrix else E.force[e]) < 0:
-            call_element(tables, address, e, n, t, h, z, work)
-            for i in range(n * n if matrix else 0):
-                work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
-        elif matrix:
-            call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
+        if E.mass[e] > 0:
+            add_mass(tables, e, a, ka, matrix, work)
         else:
-            call_force(tables, address, e, n, t, h, z, work)
-        s = load_factor(tables, address, e, t, work)
-        if matrix:
-            positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
-            for i in range(n * n):
-                if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
-                    work.lu[positions[i]] += s * work.Kl[i]
-            add_load_tangent(tables, e, n, work)
-        for i in range(n):
-            work.r[dofs[i]] += s * work.rl[i]
+            add_element(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work)
+
+
+@compiled
+def add_element(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work):
+    """`add_elements` of element e alone."""
+    E = tables.elements
+    n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    gather_state(E, e, n, q, v, a, work)
+    if (E.tangent[e] if matrix else E.force[e]) < 0:
+        call_element(tables, address, e, n, t, h, z, work)
+        for i in range(n * n if matrix else 0):
+            work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
+    elif matrix:
+        call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
+    else:
+        call_force(tables, address, e, n, t, h, z, work)
+    s = load_factor(tables, address, e, t, work)
+    if matrix:
+        positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
+        for i in range(n * n):
+            if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
+                work.lu[positions[i]] += s * work.Kl[i]
+        add_load_tangent(tables, e, n, work)
+    for i in range(n):
+        work.r[dofs[i]] += s * work.rl[i]
+
+
+@compiled
+def add_mass(tables, e, a, ka, matrix, work):
+    """`add_elements` of a rigid mass at a node."""
+    E = tables.elements
+    x, y, turn = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    p, r = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), work.r
+    m, J = p[MASS], p[INERTIA]
+    r[x], r[y], r[turn] = r[x] + m * (a[x] - p[GRAVITY_X]), r[y] + m * (a[y] - p[GRAVITY_Y]), r[turn] + J * a[turn]
+    if matrix:
+        positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
+        for k, own in enumerate((m, m, J)):
+            work.lu[positions[4 * k]] += ka * own
+
+
+@compiled
+def account_for_mass(tables, e, q, v, a, x, y, work):
+    """`evaluate_energies` of a rigid mass at a node."""
+    E, power = tables.elements, work.power
+    add_mass(tables, e, a, 0.0, False, work)
+    p, kinetic, product, weight = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), 0.0, 0.0, 0.0
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    for k, own in enumerate((p[MASS], p[MASS], p[INERTIA])):
+        dof = dofs[k]
+        work.momentum[dof] += own * v[dof]
+        kinetic += v[dof] * (own * v[dof])
+        product += x[dof] * (own * y[dof])
+    for k, gravity in enumerate((p[GRAVITY_X], p[GRAVITY_Y])):
+        weight += gravity * q[dofs[k]]
+    power.kinetic += 0.5 * kinetic
+    power.gravity -= p[MASS] * weight
+    power.algorithm += product
 
 
 @compiled
@@ -344,6 +388,9 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
             account_for_four(tables, address, e, t, h, q, v, a, x, y, z, work)
             done = e + LANES
         if e < done:
+            continue
+        if E.mass[e] > 0:
+            account_for_mass(tables, e, q, v, a, x, y, work)
             continue
         n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
         gather_state(E, e, n, q, v, a, work)

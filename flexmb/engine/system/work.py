@@ -95,6 +95,8 @@ class Work(Record):
     slopes: Matrix  # (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
     load: Vector  # forces on the dofs of all elements without energies of their own, one after the other
     momentum: Vector  # (n_q + 3,) M v
+    cosine: Vector  # cosine, sine: (n_q + 3,) of the angles of nodes in pins
+    sine: Vector
     # (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
     loss: Matrix
     gap: Vector  # gap, z_between: gap data and histories between two states
@@ -122,7 +124,8 @@ def workspace(program: Program) -> Work:
     rows = controls.states + outputs
     of_controls = {"u": inputs, "x": controls.states, "law": rows, "law_column": rows, "law_tangent": rows * dofs}
     return Work(
-        **dict.fromkeys(("r", "Gl", "momentum"), sizes.n_q + 3), **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
+        **dict.fromkeys(("r", "Gl", "momentum", "cosine", "sine"), sizes.n_q + 3),
+        **dict.fromkeys(("g", "gv", "gamma"), sizes.n_c),
         **dict.fromkeys(("z_new", "z_between"), sizes.n_z),
         **dict.fromkeys(("ql", "vl", "al", "rl", "yl", "Mvl", "Myl"), n), **dict.fromkeys(("Kl", "Cl", "Ml"), square),
         **{name: int(each.max(initial=0)) for name, each in of_controls.items()}, output=int(controls.output[-1]),

@@ -24,49 +24,22 @@ from flexmb.model.contributions import (
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.model.shape import Point, RigidShape, Shapes
-from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y, packed
-
-MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a node
+from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y
 
 
 @kernels.element_kernel
 def node_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Rigid body at its centre of mass (x, y, theta): r = m (a - g), J alpha."""
-    node_force(p, a, r)
-    M[0, 0], M[1, 1], M[2, 2] = p[MASS], p[MASS], p[INERTIA]
-
-
-@kernels.compiled
-def node_force(p, a, r):
-    """r (3,) of a rigid body."""
     m, J, gx, gy = p
-    r[0], r[1] = m * (a[0] - gx), m * (a[1] - gy)
-    r[2] = J * a[2]
-
-
-@kernels.force_kernel
-def node_mass_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (3,) alone."""
-    node_force(p, a, r)
-
-
-@kernels.tangent_kernel
-def node_mass_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
-    """r (3,) and ka M, a diagonal."""
-    node_force(p, a, r)
-    A[0, 0], A[1, 1], A[2, 2] = ka * p[MASS], ka * p[MASS], ka * p[INERTIA]
-
-
-@kernels.compiled
-def node_weight(p, q):
-    """Potential energy of gravity of a rigid body."""
-    return -p[MASS] * (p[GRAVITY_X] * q[0] + p[GRAVITY_Y] * q[1])
+    r[0], r[1], r[2] = m * (a[0] - gx), m * (a[1] - gy), J * a[2]
+    M[0, 0], M[1, 1], M[2, 2] = m, m, J
 
 
 @kernels.energy_kernel
 def node_mass_energy(p, t, q, v):
     """Potential energy of gravity alone."""
-    return 0.0, node_weight(p, q), 0.0
+    m, J, gx, gy = p
+    return 0.0, -m * (gx * q[0] + gy * q[1]), 0.0
 
 
 @kernels.damping_kernel
@@ -75,25 +48,12 @@ def undamped(p, t, q, v, w):
     return 0.0, 0.0
 
 
-@kernels.account_kernel
-def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
-    node_force(p, a, r)
-    for x, Mx in ((v, Mv), (y, My)):
-        Mx[0], Mx[1], Mx[2] = p[MASS] * x[0], p[MASS] * x[1], p[INERTIA] * x[2]
-    return 0.0, node_weight(p, q), 0.0
-
-
-NODE_MASS = ElementKernels(
-    node_mass_kernel, node_mass_energy, node_mass_force, node_mass_tangent, node_mass_account, undamped
-)
-
-
 def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point) -> ElementContribution:
     """Contribution of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
-    gx, gy = gravity
-    p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
-    return NODE_MASS.contribution(part, node_coordinates(part, node), p, diagonal=True)
+    return ElementContribution(
+        part, node_mass_kernel, node_coordinates(part, node), (mass, inertia, *gravity), energy=node_mass_energy,
+        damping=undamped, diagonal=True, is_mass=True,
+    )  # fmt: skip
 
 
 @kernels.element_kernel

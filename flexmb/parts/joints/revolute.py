@@ -106,7 +106,7 @@ def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> Constr
     """The two constraint equations of a revolute joint."""
     coordinates = ends.coordinates
     own = coincidence_kernel, coordinates, ends.offsets, 2, coordinates[3:]
-    return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES)
+    return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES, is_pin=True)
 
 
 @record
