@@ -90,9 +90,9 @@ from flexmb.parts.joints.revolute import Revolute as Revolute
 from flexmb.parts.joints.revolute import RevoluteClearance as RevoluteClearance
 from flexmb.parts.joints.stop import Stop as Stop
 from flexmb.parts.loads.force import Force as Force
+from flexmb.parts.loads.force import SpringDamper as SpringDamper
 from flexmb.parts.loads.force import Torque as Torque
-from flexmb.parts.loads.springs import SpringDamper as SpringDamper
-from flexmb.parts.loads.springs import TorsionSpring as TorsionSpring
+from flexmb.parts.loads.force import TorsionSpring as TorsionSpring
 from flexmb.parts.sensors import Marker as Marker
 from flexmb.parts.wear.worn_joint import Archard as Archard
 from flexmb.parts.wear.worn_joint import EnergyWear as EnergyWear
