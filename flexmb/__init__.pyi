@@ -72,13 +72,13 @@ from flexmb.parts.cams.curves import ClosedCurve as ClosedCurve
 from flexmb.parts.cams.curves import Line as Line
 from flexmb.parts.contact.friction import ModifiedCoulomb as ModifiedCoulomb
 from flexmb.parts.contact.hysteresis import HuntCrossley as HuntCrossley
+from flexmb.parts.contact.hysteresis import KelvinVoigt as KelvinVoigt
 from flexmb.parts.contact.hysteresis import LankaraniNikravesh as LankaraniNikravesh
-from flexmb.parts.contact.kelvin_voigt import KelvinVoigt as KelvinVoigt
 from flexmb.parts.controllers.control import PID as PID
 from flexmb.parts.controllers.control import Control as Control
 from flexmb.parts.couplings.wheels import Gear as Gear
-from flexmb.parts.drives.drive import Drive as Drive
 from flexmb.parts.drives.motions import ConstantSpeed as ConstantSpeed
+from flexmb.parts.drives.motions import Drive as Drive
 from flexmb.parts.joints.bushing import Bushing as Bushing
 from flexmb.parts.joints.prismatic import Clamp as Clamp
 from flexmb.parts.joints.prismatic import PinSlot as PinSlot

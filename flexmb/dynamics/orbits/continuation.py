@@ -8,8 +8,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.orbits import periodic_orbit as orbits
-from flexmb.dynamics.orbits.branch import Branch, BranchPoint, size_of, small_of
 from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, NewtonResult, correct, extended, solved
+from flexmb.dynamics.orbits.periodic_orbit import Branch, BranchPoint, size_of, small_of
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun, closest_approaches, gap_signals, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import InputError

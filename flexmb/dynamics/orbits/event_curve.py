@@ -9,10 +9,18 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.grazing import ImpactContinuation
 from flexmb.dynamics.orbits.orbit_newton import correct
-from flexmb.dynamics.orbits.periodic_orbit import FLIP, GRAZING, NEIMARK_SACKER, flip_test, multipliers_of, torus_test
+from flexmb.dynamics.orbits.periodic_orbit import (
+    FLIP,
+    GRAZING,
+    NEIMARK_SACKER,
+    Branch,
+    BranchPoint,
+    flip_test,
+    multipliers_of,
+    torus_test,
+)
 from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import FlexmbError, InputError

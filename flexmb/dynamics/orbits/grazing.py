@@ -5,10 +5,9 @@ from typing import cast
 
 import numpy as np
 
-from flexmb.dynamics.orbits.branch import Branch, BranchPoint, size_of
 from flexmb.dynamics.orbits.continuation import Continuation, ContinuationPoint
 from flexmb.dynamics.orbits.orbit_newton import Direction, NewtonResult, correct
-from flexmb.dynamics.orbits.periodic_orbit import FOLD, GRAZING
+from flexmb.dynamics.orbits.periodic_orbit import FOLD, GRAZING, Branch, BranchPoint, size_of
 from flexmb.dynamics.orbits.shooting import TURN, Shooting, ShootingRun
 from flexmb.dynamics.systems.impact_ode import Approach, FromImpact, ImpactODE, Spans, approaches
 from flexmb.errors import InputError
