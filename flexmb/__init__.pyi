@@ -58,11 +58,11 @@ from flexmb.model.part import GROUND as GROUND
 from flexmb.model.part import Element as Element
 from flexmb.model.part import Part as Part
 from flexmb.parts.bearings.journal import JournalBearing as JournalBearing
+from flexmb.parts.bearings.journal import SliderBearing as SliderBearing
 from flexmb.parts.bearings.laws import FiniteBearing as FiniteBearing
 from flexmb.parts.bearings.laws import LongBearing as LongBearing
 from flexmb.parts.bearings.laws import Oil as Oil
 from flexmb.parts.bearings.laws import ShortBearing as ShortBearing
-from flexmb.parts.bearings.slider import SliderBearing as SliderBearing
 from flexmb.parts.bodies.flexible_links import FlexibleFrame as FlexibleFrame
 from flexmb.parts.bodies.flexible_links import FlexibleLink as FlexibleLink
 from flexmb.parts.bodies.rigid import RigidBody as RigidBody
@@ -117,5 +117,5 @@ from flexmb.statics.buckling import buckling as buckling
 from flexmb.statics.equilibrium import static_equilibrium as static_equilibrium
 from flexmb.statics.inverse_dynamics import inverse_dynamics as inverse_dynamics
 from flexmb.statics.modes import modes as modes
-from flexmb.statics.start.assemble import assemble as assemble
+from flexmb.statics.start.consistent import assemble as assemble
 from flexmb.version import __version__ as __version__

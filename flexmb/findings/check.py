@@ -25,8 +25,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start import consistent
-from flexmb.statics.start.assemble import check_massless, close_loops
-from flexmb.statics.start.consistent import redundancy
+from flexmb.statics.start.consistent import check_massless, close_loops, redundancy
 
 LISTED_PARTS = 30  # number of parts at most whose signals are printed
 

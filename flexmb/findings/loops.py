@@ -19,8 +19,18 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
 from flexmb.planar import from_frame
 from flexmb.program.program import Program
-from flexmb.statics.start.assemble import RigidMotion, body_rows, by_part, close_loops, drive_rows, least_shift
-from flexmb.statics.start.consistent import dependent_parts, redundancy, redundant_rows, shaken_pose
+from flexmb.statics.start.consistent import (
+    RigidMotion,
+    body_rows,
+    by_part,
+    close_loops,
+    dependent_parts,
+    drive_rows,
+    least_shift,
+    redundancy,
+    redundant_rows,
+    shaken_pose,
+)
 
 # Connections of the bodies: groups of connected bodies, and groups without connection to the ground
 

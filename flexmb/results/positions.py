@@ -15,8 +15,8 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.fields import field, record
 from flexmb.late import xr
-from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import ElasticBody
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.parts.bodies.flexible import number_of
 from flexmb.program.compiler import compile as compile_mechanism

@@ -36,9 +36,9 @@ from flexmb.model.contributions import (
     Node,
     node_coordinates,
 )
-from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.law import Material, Motion
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import ElasticBody
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.rigid import held_rotation_kernel, node_mass

@@ -28,7 +28,7 @@ from flexmb.errors import InputError
 from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
 from flexmb.parts.bodies import flexible
-from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.parts.bodies.flexible_links import FlexibleBody
 from flexmb.planar import Array
 
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
