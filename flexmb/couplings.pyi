@@ -1,8 +1,8 @@
 """Public names of `flexmb.couplings`: couplings of rotations and travels."""
 
 from flexmb.parts.couplings.belt import Belt as Belt
-from flexmb.parts.couplings.belt import Cable as Cable
-from flexmb.parts.couplings.belt import Distance as Distance
+from flexmb.parts.couplings.cable import Cable as Cable
+from flexmb.parts.couplings.cable import Distance as Distance
 from flexmb.parts.couplings.coupling import Coupling as Coupling
 from flexmb.parts.couplings.coupling import SameRotation as SameRotation
 from flexmb.parts.couplings.one_way_clutch import OneWayClutch as OneWayClutch

@@ -1,4 +1,4 @@
-"""Journal bearing: a revolute joint with an oil film, dry contact where its surfaces meet, and its place at rest."""
+"""Journal and slider bearings: joints with clearance and a film of oil, dry contact where their surfaces meet."""
 
 from __future__ import annotations
 
@@ -300,6 +300,10 @@ class JournalBearing(Oiled, RevoluteClearance):
             remedy = "Forces and losses are larger than computed: take a smaller clearance or a thicker oil."
             yield found("turbulent-film", (self.name,), text, remedy, time=when, reynolds=reynolds, limit=limit)
 
+
+# Slider bearing: with the offset y of the slider across its guide, its tilt tau and the speed U along it, oil is squeezed
+# or dragged into the gap of one face at each place s along the slider, where g = y' - U tau/2 + s tau' says which.
+# Equations (15.9) and (15.10) of docs/theory/films.md.
 
 # Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,
 # height of the roughness, half of the length [m]; viscosity [Pa s], width [m]; number of the signal.
