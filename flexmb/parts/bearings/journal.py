@@ -301,9 +301,9 @@ class JournalBearing(Oiled, RevoluteClearance):
             yield found("turbulent-film", (self.name,), text, remedy, time=when, reynolds=reynolds, limit=limit)
 
 
-# Slider bearing: with the offset y of the slider across its guide, its tilt tau and the speed U along it, oil is squeezed
-# or dragged into the gap of one face at each place s along the slider, where g = y' - U tau/2 + s tau' says which.
-# Equations (15.9) and (15.10) of docs/theory/films.md.
+# Plane slider bearing: with the offset y of the slider across its guide, its tilt tau and the speed U along it, oil is
+# squeezed or dragged into the gap of one face at each place s along the slider, where g = y' - U tau/2 + s tau' says
+# which.  Equations (15.9) and (15.10) of docs/theory/films.md.
 
 # Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,
 # height of the roughness, half of the length [m]; viscosity [Pa s], width [m]; number of the signal.

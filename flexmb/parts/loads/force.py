@@ -14,15 +14,7 @@ from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, field, instance, not_negative, point, record, vector
 from flexmb.kernels import compiled, element_kernel, signal_kernel
-from flexmb.model.contributions import (
-    ADDS,
-    MULTIPLIES,
-    SUBTRACTS,
-    Contribution,
-    Coordinate,
-    ElementContribution,
-    signal_contributions,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.law import Motion
 from flexmb.model.massless import massless
 from flexmb.model.mechanism import Mechanism
@@ -129,7 +121,7 @@ class Force(Part):
             direction = planar.to_frame((0.0, 0.0), body.node(end.node).theta, direction)
         return (ArrowShape(self.name, end.place, direction, self.follower),)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         body = mechanism.body(self.body.name, self.label)
         end = body.attach(self.label, self.at)
         kernel, force = dead_force_kernel, self.force
@@ -137,8 +129,10 @@ class Force(Part):
             kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
         place, p = end.coordinates, (*force, *end.offset)
         own = (*p, float(self.follower))
-        signals = signal_contributions(self.name, force_signal, FORCE_SIGNALS, place, own, use_of_factor=MULTIPLIES)
-        return [ElementContribution(self.name, kernel, place, p, factor=self.history), *signals]
+        signals = pieces.signal_contributions(
+            self.name, force_signal, FORCE_SIGNALS, place, own, use_of_factor=pieces.MULTIPLIES
+        )
+        return [pieces.ElementContribution(self.name, kernel, place, p, factor=self.history), *signals]
 
 
 def check_loaded(load: Part, body: Part) -> None:
@@ -194,12 +188,14 @@ class Torque(Part):
     def declared_load(self) -> float:
         return 0.0
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         body = mechanism.body(self.body.name, self.label)
         theta = ((body.name, body.main if self.at is None else body.attach(self.label, self.at).node, 2),)
         p = (self.torque,)
-        signals = signal_contributions(self.name, torque_signal, TORQUE_SIGNALS, theta, p, use_of_factor=MULTIPLIES)
-        return [ElementContribution(self.name, torque_kernel, theta, p, factor=self.history), *signals]
+        signals = pieces.signal_contributions(
+            self.name, torque_signal, TORQUE_SIGNALS, theta, p, use_of_factor=pieces.MULTIPLIES
+        )
+        return [pieces.ElementContribution(self.name, torque_kernel, theta, p, factor=self.history), *signals]
 
 
 # Springs whose rest length or rest angle moves: the force by which the moving end differs from a fixed one
@@ -250,17 +246,17 @@ def checked_rest(label: str, name: str, rest: Any, unit: str, _: str) -> float |
 
 
 def moving_end(
-    part: str, kernel: Any, coordinates: tuple[Coordinate, ...], stiffness: float, rest: Any, start: float,
+    part: str, kernel: Any, coordinates: tuple[pieces.Coordinate, ...], stiffness: float, rest: Any, start: float,
     more: tuple[float, ...],
-) -> list[ElementContribution]:  # fmt: skip
+) -> list[pieces.ElementContribution]:  # fmt: skip
     """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves."""
     # k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
     # With a number for `rest` nothing moves; `start` is its value at t = 0.
     if not isinstance(rest, Motion) or stiffness == 0.0:
         return []
-    found = [ElementContribution(part, kernel, coordinates, (-stiffness, *more), factor=rest)]
+    found = [pieces.ElementContribution(part, kernel, coordinates, (-stiffness, *more), factor=rest)]
     if start != 0.0:
-        found.append(ElementContribution(part, kernel, coordinates, (stiffness * start, *more)))
+        found.append(pieces.ElementContribution(part, kernel, coordinates, (stiffness * start, *more)))
     return found
 
 
@@ -377,7 +373,7 @@ class SpringDamper(PointToPoint):
         first, second = self.ends(mechanism)
         return (LineShape(self.name, SPRING if self.stiffness > 0.0 else DAMPER, first.place, second.place),)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         """One element and four signals; with a free length that moves two loads more, and no energy."""
         ends = self.ends(mechanism)
         rest = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
@@ -386,11 +382,11 @@ class SpringDamper(PointToPoint):
         p = packed(laws | dict(enumerate(ends.offsets, OFFSET1_X)))
         element = SPRING_DAMPER.contribution(self.name, ends.coordinates, p)
         moving = moving_end(self.name, line_pull_kernel, ends.coordinates, self.stiffness, rest, length, ends.offsets)
-        signals = signal_contributions(self.name, spring_damper_signal, SPRING_SIGNALS, ends.coordinates, p)
+        signals = pieces.signal_contributions(self.name, spring_damper_signal, SPRING_SIGNALS, ends.coordinates, p)
         if moving:  # the force counts from the length 0
             size, rate, force, _ = signals
             whole = (*force.p[:FREE_LENGTH], 0.0, *force.p[FREE_LENGTH + 1 :])
-            signals = [size, rate, replace(force, p=whole, use_of_factor=ADDS)]
+            signals = [size, rate, replace(force, p=whole, use_of_factor=pieces.ADDS)]
         return [element, *moving, *signals]
 
 
@@ -465,7 +461,7 @@ class TorsionSpring(Part):
         super().__post_init__()
         rest_at_start(self.label, "free_angle", self.free_angle)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         """One element on two angles and four signals; with a rest angle that moves two loads more, and no energy."""
         rest = rest_at_start(self.label, "free_angle", self.free_angle)
         coordinates, drawn = [], 0.0
@@ -477,9 +473,9 @@ class TorsionSpring(Part):
         p, pair = (self.stiffness, self.damping, rest + drawn), tuple(coordinates)
         element = TORSION_SPRING.contribution(self.name, pair, p)
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
-        signals = signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))
+        signals = pieces.signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))
         if moving:
             angle, rate, torque, _ = signals
             counted = (self.stiffness, self.damping, drawn, *torque.p[3:])
-            signals = [angle, rate, replace(torque, p=counted, use_of_factor=SUBTRACTS)]
+            signals = [angle, rate, replace(torque, p=counted, use_of_factor=pieces.SUBTRACTS)]
         return [element, *moving, *signals]
