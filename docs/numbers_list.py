@@ -635,12 +635,12 @@ def _left_out() -> dict[str, str]:
         elastic.reduced.accuracy.EXACT
         elastic.reduced.accuracy.LARGE_SHARE elastic.reduced.accuracy.IMPOSSIBLE_SHARE elastic.reduced.accuracy.MOST_POINTS findings.watch.IMPOSSIBLE_SHARE
         engine.state.record.MOST_POSES engine.state.record.LEAST_POSES engine.state.record.POSE_NUMBERS
-        findings.vibrations.MOST_UNKNOWNS findings.vibrations.FEWEST_STEPS findings.vibrations.MOST_CONTROLLED findings.vibrations.POSES findings.vibrations.POSES_OF_LARGE
-        findings.vibrations.AROUND findings.vibrations.DISTANCE findings.vibrations.LARGE findings.vibrations.MANY findings.vibrations.AROUND_OF_MANY findings.vibrations.FEWEST_STATES findings.vibrations.SAME
+        findings.watch.MOST_UNKNOWNS findings.watch.FEWEST_STEPS findings.watch.MOST_CONTROLLED findings.watch.POSES findings.watch.POSES_OF_LARGE
+        findings.watch.AROUND findings.watch.DISTANCE findings.watch.LARGE findings.watch.MANY findings.watch.AROUND_OF_MANY findings.watch.FEWEST_STATES findings.watch.SAME
         statics.modes.RIGID_OF_LARGE statics.modes.DENSE statics.modes.LOWEST
-        findings.vibrations.FEWEST_INSTANTS statics.modes.NEAR statics.modes.RIGID statics.modes.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
-        findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED findings.vibrations.CLEAR_LOSS
-        findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
+        findings.watch.FEWEST_INSTANTS statics.modes.NEAR statics.modes.RIGID statics.modes.ROUND_OFF findings.watch.ENERGY_SHARE findings.watch.DECAY
+        findings.watch.PART_OF_STEP findings.watch.UNRESOLVED findings.watch.CLEAR_LOSS
+        findings.watch.LOST_PHASE findings.watch.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
         engine.system.state_evaluation.MOST_CALLS engine.system.state_evaluation.BLOWN_UP engine.system.state_evaluation.SHOWN_NUMBERS
         engine.linalg.rank.DENSE_ROWS engine.linalg.rank.IN_COMBINATION statics.eigen.LONGEST_SEARCH

@@ -42,7 +42,7 @@ FLOORS = {
 ROOMS = {name.partition(".")[0] for name in FLOORS if "." in name}
 """Folders whose rooms stand on floors of their own."""
 
-OF_RUNS = {"watch", "vibrations"}
+OF_RUNS = {"watch"}
 """Files of findings/ on runs; the other ones examine mechanisms before they move."""
 
 RECORD = ("finding",)

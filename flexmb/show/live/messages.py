@@ -20,9 +20,9 @@ from flexmb.show.live.knobs import LABEL
 from flexmb.show.live.runs import View
 from flexmb.show.pictures.films import animate
 from flexmb.show.reports.document import embedded, floats
-from flexmb.show.reports.report import report
 from flexmb.show.reports.run_page import clearance_data, curves
 from flexmb.show.reports.scene import fields_of, scene_or_reason
+from flexmb.show.reports.study_pages import report
 
 NAMES = ("report.html", "film", "run.nc")  # names by which a page asks for a file
 STORE_ENTRY = "zarr.json"  # file in each folder that is itself a store

@@ -258,7 +258,7 @@ def animate(
     if target.suffix.lower() not in ENDINGS:
         raise InputError(f"animate: path is {str(path)!r}; it must end in one of {', '.join(ENDINGS)}.")
     if target.suffix.lower() == ".html":
-        return Path(import_module("flexmb.show.reports.report").report(sol, target))
+        return Path(import_module("flexmb.show.reports.study_pages").report(sol, target))
     rate = checks.positive("animate", "fps", fps)
     frames = checks.positive("animate", "seconds", seconds, "s") * rate
     if not frames <= MOST_FRAMES:
