@@ -283,9 +283,9 @@ def _passes(run: Run, mechanism: Mechanism, step: FixedStep | Adaptive, target: 
     return other.code == DONE and not other.note
 
 
-# Error that a run accumulates in vibrations: phase and amplitude that the steps lose, also under driving. The modes about
-# some states say how much of the energy is that of a vibration (`flexmb.statics.modes`), and the method's own factor how
-# much of it the steps shift. The states are those that the run keeps, whatever is saved.
+# Error that a run accumulates in vibrations: phase and amplitude that the steps lose, also under driving. The modes
+# about some states say how much of the energy is that of a vibration (`flexmb.statics.modes`), and the method's own
+# factor how much of it the steps shift. The states are those that the run keeps, whatever is saved.
 
 
 class Loss(NamedTuple):
