@@ -84,7 +84,7 @@ from flexmb.parts.joints.prismatic import PinSlot as PinSlot
 from flexmb.parts.joints.prismatic import PinSlotClearance as PinSlotClearance
 from flexmb.parts.joints.prismatic import Prismatic as Prismatic
 from flexmb.parts.joints.prismatic import PrismaticClearance as PrismaticClearance
-from flexmb.parts.joints.revolute import Bushing as Bushing
+from flexmb.parts.joints.bushing import Bushing as Bushing
 from flexmb.parts.joints.revolute import Fixed as Fixed
 from flexmb.parts.joints.revolute import Revolute as Revolute
 from flexmb.parts.joints.revolute import RevoluteClearance as RevoluteClearance
