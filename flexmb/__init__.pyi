@@ -79,12 +79,12 @@ from flexmb.parts.controllers.control import Control as Control
 from flexmb.parts.couplings.wheels import Gear as Gear
 from flexmb.parts.drives.motions import ConstantSpeed as ConstantSpeed
 from flexmb.parts.drives.motions import Drive as Drive
+from flexmb.parts.joints.bushing import Bushing as Bushing
 from flexmb.parts.joints.prismatic import Clamp as Clamp
 from flexmb.parts.joints.prismatic import PinSlot as PinSlot
 from flexmb.parts.joints.prismatic import PinSlotClearance as PinSlotClearance
 from flexmb.parts.joints.prismatic import Prismatic as Prismatic
 from flexmb.parts.joints.prismatic import PrismaticClearance as PrismaticClearance
-from flexmb.parts.joints.bushing import Bushing as Bushing
 from flexmb.parts.joints.revolute import Fixed as Fixed
 from flexmb.parts.joints.revolute import Revolute as Revolute
 from flexmb.parts.joints.revolute import RevoluteClearance as RevoluteClearance
