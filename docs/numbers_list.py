@@ -452,11 +452,11 @@ dynamics.systems.compiled_ode.DIFFERENCE | 1 | size of the state | difference fo
 dynamics.systems.compiled_ode.SHORT | 1 | a step | most time of that difference
 dynamics.systems.compiled_ode.SHORTEST | 1 | a step | least time of that difference
 dynamics.systems.impact_ode.STEPS | steps | nothing | least steps of a period for turning points of the gap
-dynamics.orbits.grazing.QUARTER | 1 | time to the next impact | half of a silent span, at most
-dynamics.orbits.grazing.LONGEST | 1 | period | half of a silent span, at most
-dynamics.orbits.grazing.CLOSE_TO_GRAZING | 1 | a step of a branch | distance to grazing up to which events are sought
-dynamics.orbits.grazing.SAME | 1 | period | instants of one impact
-dynamics.orbits.grazing.PROBE | 1 | scales of the branch | displacement that tells on which side a gap opens
+dynamics.orbits.continuation.QUARTER | 1 | time to the next impact | half of a silent span, at most
+dynamics.orbits.continuation.LONGEST | 1 | period | half of a silent span, at most
+dynamics.orbits.continuation.CLOSE_TO_GRAZING | 1 | a step of a branch | distance to grazing up to which events are sought
+dynamics.orbits.continuation.SAME | 1 | period | instants of one impact
+dynamics.orbits.continuation.PROBE | 1 | scales of the branch | displacement that tells on which side a gap opens
 dynamics.orbits.event_curve.DIFFERENCE | 1 | range | difference of a parameter for a gradient
 dynamics.orbits.event_curve.CORRECTIONS | corrections | nothing | most corrections of a point of a curve
 dynamics.orbits.event_curve.FEW | corrections | nothing | a step grows up to

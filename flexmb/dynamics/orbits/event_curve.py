@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.orbits.grazing import ImpactContinuation
+from flexmb.dynamics.orbits.continuation import ImpactContinuation
 from flexmb.dynamics.orbits.orbit_newton import correct
 from flexmb.dynamics.orbits.periodic_orbit import (
     FLIP,
