@@ -1,4 +1,4 @@
-"""Parts: bodies, joints, loads, and bodies that deform."""
+"""Bases of parts, the named items of a mechanism; of bodies that bend, with findings on their strains and stresses."""
 
 from __future__ import annotations
 

@@ -19,8 +19,7 @@ from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, edge_rule, numbers_of_cells
 from flexmb.elastic.planes import elements
-from flexmb.elastic.planes.cells import ties_of
-from flexmb.elastic.planes.forms import mass_basis
+from flexmb.elastic.planes.cells import mass_basis, ties_of
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.errors import InputError
 from flexmb.kernels import Kernel, element_kernel, fast, signal_kernel

@@ -19,9 +19,8 @@ from scipy.sparse.linalg import ArpackError
 from flexmb import checks, planar
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.meshes.mesh import STRAIN, STRESS, PlaneMesh, by_region, cell_values, elasticity, require_material
-from flexmb.elastic.planes.cells import Cells, cell_contributions, tie_matrix, ties_of
+from flexmb.elastic.planes.cells import Cells, PlaneMatrices, cell_contributions, lowest, matrices, tie_matrix, ties_of
 from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
-from flexmb.elastic.planes.forms import PlaneMatrices, lowest, matrices
 from flexmb.elastic.planes.loads import NodalLoad, load_contributions
 from flexmb.elastic.planes.pins import AVERAGED, RIGID, Interface, Tie, averaged_pin, tie
 from flexmb.elastic.planes.stress import cell_materials, mesh_shape, peak_stress_signal

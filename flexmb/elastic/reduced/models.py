@@ -19,7 +19,7 @@ from flexmb import planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.fem import BeamMatrices
 from flexmb.elastic.beams.stress import outer_fibres
-from flexmb.elastic.planes.forms import geometric_stiffness, stress_at_quadrature
+from flexmb.elastic.planes.cells import geometric_stiffness, stress_at_quadrature
 from flexmb.elastic.planes.pins import RIGID, tie
 from flexmb.elastic.planes.plane_body import PlaneBody
 from flexmb.elastic.planes.stress import mesh_shape, stress_operator
