@@ -200,7 +200,10 @@ class FlexibleMotion:
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Places (n, k, 2) [m] in the frame."""
-        return drawing.seen_from(self.motion[:, None], points)
+        x, y, angle = np.moveaxis(self.motion[:, None], -1, 0)
+        c, s = np.cos(angle), np.sin(angle)
+        dx, dy = points[..., 0] - x, points[..., 1] - y
+        return np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1)
 
     def laid(self) -> np.ndarray:
         """(n, m, 3) poses of the nodes of the unstressed body, stretched to its joints, with the turns of the body."""
