@@ -627,8 +627,8 @@ def _left_out() -> dict[str, str]:
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
-        model.part.STRAIN_AT_REST model.part.LARGE_STRAIN model.part.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.worn_joint.LARGEST_COEFFICIENT parts.wear.worn_joint.FEWEST_BINS parts.wear.worn_joint.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        model.part.STRAIN_AT_REST model.part.LARGE_STRAIN model.part.IMPOSSIBLE_STRAIN parts.couplings.coupling.LARGE_WIND_UP parts.couplings.coupling.COARSE_STEP
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.worn_joint.LARGEST_COEFFICIENT parts.wear.worn_joint.FEWEST_BINS parts.wear.worn_joint.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.coupling.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.wheels.LARGE_PLAY parts.couplings.wheels.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.part.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE elastic.reduced.bases.NEARLY elastic.reduced.bases.TIE design.orbits.WIDER
