@@ -143,11 +143,11 @@ engine.step.step_size.FIRST_STEP | 1 | largest step | first step of a run
 engine.step.step_size.SHORT_STEP | 1 | fixed step | fixed step behind which a starting step follows
 engine.step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
 engine.step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
-statics.start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed
-statics.start.assemble.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
-statics.start.assemble.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
-statics.start.assemble._newton#1000.0 | 1 | CLOSED | gap of a loop that will do
-statics.start.assemble.LARGEST_MOVE | rad | nothing | longest correction of the start
+statics.start.consistent.CLOSED_LOOP | 1 | size of the mechanism | gap of a loop that is closed
+statics.start.consistent.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
+statics.start.consistent.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
+statics.start.consistent._newton#1000.0 | 1 | CLOSED | gap of a loop that will do
+statics.start.consistent.LARGEST_MOVE | rad | nothing | longest correction of the start
 engine.linalg.lu.LOST_PIVOT | 1 | largest term of a pivot | pivot that is lost
 engine.linalg.lu.HELD_PIVOT | 1 | largest term of a pivot | pivot of a row that may be held
 engine.linalg.rank.RANK_TOLERANCE | 1 | rows of unit length | rows that repeat others
@@ -213,7 +213,7 @@ parts.bearings.film.PAD_CELLS | cells | nothing | finite film around a pad
 parts.bearings.film.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
 parts.bearings.journal.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
 parts.bearings.journal.MOST | iterations | nothing | by which the eccentricity under a load is found
-parts.bearings.slider.NODES | places | nothing | quadrature along a face of an oiled slider
+parts.bearings.journal.NODES | places | nothing | quadrature along a face of an oiled slider
 parts.bearings.laws.COLDEST | degC | nothing | coldest oil of Walther's law
 parts.bearings.laws.HOTTEST | degC | nothing | hottest oil of Walther's law
 parts.bearings.laws.THINNEST_OIL | mm²/s | nothing | thinnest oil of Walther's law
@@ -333,7 +333,7 @@ engine.linalg.dense.GOOD_RESIDUAL | 1 | right-hand side | residual of a system t
 engine.linalg.dense.ROUND_OFF | 1 | right-hand side | residual that needs no better
 engine.linalg.dense.SINGULAR_GROWTH | 1 | right-hand side | solution of a matrix that counts as singular
 engine.linalg.dense.SCALING_ROUNDS | rounds | nothing | rounds that scale rows and columns
-statics.start.assemble.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
+statics.start.consistent.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
 engine.linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
 engine.system.state_evaluation.LARGE_UNKNOWNS | unknowns | nothing | above it factors are kept for the next matrices
 engine.linalg.large.DIAGONAL_SHARE | 1 | column | pivot on the diagonal that is taken
@@ -388,8 +388,8 @@ statics.start.consistent.MOST_ROUNDS | rounds | nothing | most rounds in which t
 statics.start.consistent.SETTLED_VELOCITY | 1 | largest start velocity | change of a round that may be round-off
 statics.start.consistent.ROUND_OFF_OF_RATES | 1 | largest rate of the drives | start velocity that is round-off
 statics.start.consistent.RATES | intervals | period of a drive | instants at which its rate is looked at
-statics.start.assemble.NO_INERTIA | 1 | largest inertia | motion of massless links alone
-statics.start.assemble.SHARE | 1 | a motion | part of it of a link that is named
+statics.start.consistent.NO_INERTIA | 1 | largest inertia | motion of massless links alone
+statics.start.consistent.SHARE | 1 | a motion | part of it of a link that is named
 statics.start.consistent.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others
 statics.equilibrium.MOST_STRIDES | strides | nothing | most strides to a pose at rest
 statics.equilibrium.STRIDE_ITERATIONS | iterations | nothing | most iterations of a stride
@@ -452,11 +452,11 @@ dynamics.systems.compiled_ode.DIFFERENCE | 1 | size of the state | difference fo
 dynamics.systems.compiled_ode.SHORT | 1 | a step | most time of that difference
 dynamics.systems.compiled_ode.SHORTEST | 1 | a step | least time of that difference
 dynamics.systems.impact_ode.STEPS | steps | nothing | least steps of a period for turning points of the gap
-dynamics.orbits.grazing.QUARTER | 1 | time to the next impact | half of a silent span, at most
-dynamics.orbits.grazing.LONGEST | 1 | period | half of a silent span, at most
-dynamics.orbits.grazing.CLOSE_TO_GRAZING | 1 | a step of a branch | distance to grazing up to which events are sought
-dynamics.orbits.grazing.SAME | 1 | period | instants of one impact
-dynamics.orbits.grazing.PROBE | 1 | scales of the branch | displacement that tells on which side a gap opens
+dynamics.orbits.continuation.QUARTER | 1 | time to the next impact | half of a silent span, at most
+dynamics.orbits.continuation.LONGEST | 1 | period | half of a silent span, at most
+dynamics.orbits.continuation.CLOSE_TO_GRAZING | 1 | a step of a branch | distance to grazing up to which events are sought
+dynamics.orbits.continuation.SAME | 1 | period | instants of one impact
+dynamics.orbits.continuation.PROBE | 1 | scales of the branch | displacement that tells on which side a gap opens
 dynamics.orbits.event_curve.DIFFERENCE | 1 | range | difference of a parameter for a gradient
 dynamics.orbits.event_curve.CORRECTIONS | corrections | nothing | most corrections of a point of a curve
 dynamics.orbits.event_curve.FEW | corrections | nothing | a step grows up to
@@ -620,27 +620,27 @@ def _left_out() -> dict[str, str]:
         program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON program.program.FOUR_SIZE elastic.beams.stress.SIZE elastic.beams.stress.OWN elastic.beams.stress.NODE elastic.beams.stress.SECTION_FORCES
         elastic.beams.mass_damping.POINTS model.massless.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
-        parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.film.LEVEL parts.bearings.film.FIELD
+        parts.bearings.film.TABLE_BEGIN parts.bearings.journal.PLACES parts.bearings.journal.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.film.LEVEL parts.bearings.film.FIELD
         parts.bearings.film.PAD_ROWS parts.bearings.film.PAD_LINES parts.bearings.film.PAD_COLUMNS parts.bearings.film.MIDDLE parts.bearings.film.PLACE
         parts.wear.worn_clearance.TABLES parts.wear.worn_guide.DEPTHS parts.wear.worn_bearing.TABLES
         parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
-        model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.worn_joint.LARGEST_COEFFICIENT parts.wear.worn_joint.FEWEST_BINS parts.wear.worn_joint.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        model.part.STRAIN_AT_REST model.part.LARGE_STRAIN model.part.IMPOSSIBLE_STRAIN parts.couplings.coupling.LARGE_WIND_UP parts.couplings.coupling.COARSE_STEP
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.worn_joint.LARGEST_COEFFICIENT parts.wear.worn_joint.FEWEST_BINS parts.wear.worn_joint.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.coupling.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.wheels.LARGE_PLAY parts.couplings.wheels.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
-        model.elastic_body.LEAST
+        model.part.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE elastic.reduced.bases.NEARLY elastic.reduced.bases.TIE design.orbits.WIDER
         elastic.reduced.accuracy.EXACT
         elastic.reduced.accuracy.LARGE_SHARE elastic.reduced.accuracy.IMPOSSIBLE_SHARE elastic.reduced.accuracy.MOST_POINTS findings.watch.IMPOSSIBLE_SHARE
         engine.state.record.MOST_POSES engine.state.record.LEAST_POSES engine.state.record.POSE_NUMBERS
-        findings.vibrations.MOST_UNKNOWNS findings.vibrations.FEWEST_STEPS findings.vibrations.MOST_CONTROLLED findings.vibrations.POSES findings.vibrations.POSES_OF_LARGE
-        findings.vibrations.AROUND findings.vibrations.DISTANCE findings.vibrations.LARGE findings.vibrations.MANY findings.vibrations.AROUND_OF_MANY findings.vibrations.FEWEST_STATES findings.vibrations.SAME
+        findings.watch.MOST_UNKNOWNS findings.watch.FEWEST_STEPS findings.watch.MOST_CONTROLLED findings.watch.POSES findings.watch.POSES_OF_LARGE
+        findings.watch.AROUND findings.watch.DISTANCE findings.watch.LARGE findings.watch.MANY findings.watch.AROUND_OF_MANY findings.watch.FEWEST_STATES findings.watch.SAME
         statics.modes.RIGID_OF_LARGE statics.modes.DENSE statics.modes.LOWEST
-        findings.vibrations.FEWEST_INSTANTS statics.modes.NEAR statics.modes.RIGID statics.modes.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
-        findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED findings.vibrations.CLEAR_LOSS
-        findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
+        findings.watch.FEWEST_INSTANTS statics.modes.NEAR statics.modes.RIGID statics.modes.ROUND_OFF findings.watch.ENERGY_SHARE findings.watch.DECAY
+        findings.watch.PART_OF_STEP findings.watch.UNRESOLVED findings.watch.CLEAR_LOSS
+        findings.watch.LOST_PHASE findings.watch.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
         engine.system.state_evaluation.MOST_CALLS engine.system.state_evaluation.BLOWN_UP engine.system.state_evaluation.SHOWN_NUMBERS
         engine.linalg.rank.DENSE_ROWS engine.linalg.rank.IN_COMBINATION statics.eigen.LONGEST_SEARCH

@@ -14,7 +14,7 @@ import flexmb as fm
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.mechanisms import NineBarData, nine_bar
 from flexmb.statics.eigen import null_space
-from flexmb.statics.start.assemble import RigidMotion
+from flexmb.statics.start.consistent import RigidMotion
 
 STEPS = (1e-4, 4e-5, 1e-5, 1e-6, 0.0)  # s
 RATIOS = (0.5, 0.9, 0.98, 0.995)

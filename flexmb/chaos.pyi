@@ -5,9 +5,9 @@ from flexmb.dynamics.basins import basin as basin
 from flexmb.dynamics.exponents import Exponents as Exponents
 from flexmb.dynamics.lyapunov import benettin as benettin
 from flexmb.dynamics.lyapunov import lyapunov as lyapunov
-from flexmb.dynamics.orbits.branch import Branch as Branch
-from flexmb.dynamics.orbits.branch import BranchPoint as BranchPoint
 from flexmb.dynamics.orbits.continuation import follow as follow
+from flexmb.dynamics.orbits.periodic_orbit import Branch as Branch
+from flexmb.dynamics.orbits.periodic_orbit import BranchPoint as BranchPoint
 from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit as periodic_orbit
 from flexmb.dynamics.report import ChaosReport as ChaosReport

@@ -14,7 +14,7 @@ from flexmb.parts.contact.hysteresis import Hertz as Hertz
 from flexmb.parts.contact.hysteresis import HuGuo as HuGuo
 from flexmb.parts.contact.hysteresis import HuntCrossley as HuntCrossley
 from flexmb.parts.contact.hysteresis import HysteresisLaw as HysteresisLaw
+from flexmb.parts.contact.hysteresis import KelvinVoigt as KelvinVoigt
 from flexmb.parts.contact.hysteresis import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.parts.contact.hysteresis import LeeWang as LeeWang
 from flexmb.parts.contact.hysteresis import ZhiyingQishao as ZhiyingQishao
-from flexmb.parts.contact.kelvin_voigt import KelvinVoigt as KelvinVoigt

@@ -10,7 +10,7 @@ from flexmb.show.pictures.diagrams import plot_section as plot_section
 from flexmb.show.pictures.diagrams import plot_tornado as plot_tornado
 from flexmb.show.pictures.diagrams import plot_wear as plot_wear
 from flexmb.show.pictures.films import animate as animate
-from flexmb.show.pictures.gltf import export_gltf as export_gltf
+from flexmb.show.pictures.films import export_gltf as export_gltf
 from flexmb.show.pictures.scene import render as render
 from flexmb.show.pictures.signals import plot as plot
 from flexmb.show.pictures.signals import plot_campbell as plot_campbell

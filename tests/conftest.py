@@ -93,7 +93,7 @@ def states(request, monkeypatch):
     if request.param == "fewer states":
         monkeypatch.setattr("flexmb.testing.bench.MAGNITUDES", (1e-3, 0.3))
         monkeypatch.setattr("flexmb.testing.constraints.ROUNDS", 2)
-        monkeypatch.setattr("flexmb.testing.elements.ROUNDS", 1)
+        monkeypatch.setattr("flexmb.testing.bench.ROUNDS", 1)
 
 
 @pytest.fixture(scope="session")

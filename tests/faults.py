@@ -142,7 +142,7 @@ WINGS = (
         "controllers/test_control.py",
     ),
     Fault(
-        "parts/loads/springs.py",
+        "parts/loads/force.py",
         "rate = nx * (v[3] - by * v[5] - v[0] + ay * v[2]) + ny * (v[4] + bx * v[5] - v[1] - ax * v[2])",
         "rate = nx * (v[3] + by * v[5] - v[0] + ay * v[2]) + ny * (v[4] + bx * v[5] - v[1] - ax * v[2])",
         "physics/test_parts.py parts/test_check_part.py",

@@ -188,7 +188,7 @@ def _write_rest(
     """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
     from flexmb.show.pictures.scene import render  # noqa: PLC0415
     from flexmb.show.pictures.signals import plot  # noqa: PLC0415
-    from flexmb.show.reports.report import report  # noqa: PLC0415 - only when asked for
+    from flexmb.show.reports.study_pages import report  # noqa: PLC0415 - only when asked for
 
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."

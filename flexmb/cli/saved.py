@@ -19,7 +19,7 @@ from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
 from flexmb.results.vtk import write_vtk
 from flexmb.run.simulate import simulate
-from flexmb.show.reports.report import report as page_of
+from flexmb.show.reports.study_pages import report as page_of
 from flexmb.show.reports.study_pages import write_chaos
 from flexmb.units import quantity
 from flexmb.version import installed_version

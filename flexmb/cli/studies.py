@@ -21,8 +21,7 @@ from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.show.live.knobs import Knobs
 from flexmb.show.live.page import Page, length_of, shown
-from flexmb.show.reports.report import report
-from flexmb.show.reports.study_pages import write_chaos
+from flexmb.show.reports.study_pages import report, write_chaos
 from flexmb.units import quantity
 
 ENDS = "LOW:HIGH, e.g. 10um:0.5mm"

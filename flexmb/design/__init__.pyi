@@ -1,7 +1,11 @@
 """Public names of `flexmb.design`: derivatives by parameters, and measures of signals."""
 
+from flexmb.design.derivatives import Normal as Normal
 from flexmb.design.derivatives import Sensitivity as Sensitivity
+from flexmb.design.derivatives import Spread as Spread
+from flexmb.design.derivatives import Uniform as Uniform
 from flexmb.design.derivatives import sensitivity as sensitivity
+from flexmb.design.derivatives import spread as spread
 from flexmb.design.fitting import Fit as Fit
 from flexmb.design.fitting import fit as fit
 from flexmb.design.measures import Measure as Measure
@@ -17,7 +21,3 @@ from flexmb.design.orbits import OrbitSensitivity as OrbitSensitivity
 from flexmb.design.orbits import StaticSensitivity as StaticSensitivity
 from flexmb.design.orbits import orbit_sensitivity as orbit_sensitivity
 from flexmb.design.orbits import static_sensitivity as static_sensitivity
-from flexmb.design.tolerances import Normal as Normal
-from flexmb.design.tolerances import Spread as Spread
-from flexmb.design.tolerances import Uniform as Uniform
-from flexmb.design.tolerances import spread as spread

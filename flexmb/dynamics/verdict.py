@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexmb import checks, display
-from flexmb.dynamics.series.embedding import nearest, typical_log_distance
+from flexmb.dynamics.series.embedding import mean_log_distance, nearest
 from flexmb.dynamics.series.samples import CHAOTIC, LARGEST, growth_correlations, kind_of, real_numbers
 from flexmb.errors import InputError
 from flexmb.fields import field, record
@@ -147,7 +147,7 @@ def separation(z: np.ndarray, bands: int) -> float:
     gaps = np.stack([np.linalg.norm(points[i + s] - points[j + s], axis=1) for s in range(reach + 1)])
     curve = np.log(np.maximum(gaps, 1e-12)).mean(axis=1)
     for stride in dict.fromkeys((bands, 1)):
-        far = typical_log_distance(points, stride=stride)
+        far = mean_log_distance(points, stride=stride)
         if far - curve[0] >= LEAST_WAY and curve[SUCCESSORS] <= far - 0.5:
             return float((curve[reach // 2 :].mean() - curve[0]) / (far - curve[0]))
     return np.nan

@@ -19,8 +19,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
 from flexmb.planar import from_frame
 from flexmb.program.program import Program
-from flexmb.statics.start.assemble import RigidMotion, body_rows, by_part, close_loops, drive_rows, least_shift
-from flexmb.statics.start.consistent import dependent_parts, redundancy, redundant_rows, shaken_pose
+from flexmb.statics.start import consistent
 
 # Connections of the bodies: groups of connected bodies, and groups without connection to the ground
 
@@ -79,10 +78,10 @@ LISTED_MOTIONS = 6  # number of free motions that are named at most
 
 def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Redundant joints, drives too many, and singular poses, at a closed pose (n_q,)."""
-    repeated = redundancy(program, q)
+    repeated = consistent.redundancy(program, q)
     if repeated is None:
         return _hidden(program, closed, q)
-    is_singular, findings = redundant_rows(program, closed, q, 0.0) == 0, []
+    is_singular, findings = consistent.redundant_rows(program, closed, q, 0.0) == 0, []
     if (count := repeated.rows) > 0:
         names, rows = repeated.joints, f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
         if is_singular:
@@ -115,12 +114,12 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     if closed is program or not program.names.contacts:
         return []
     joints = np.flatnonzero(np.asarray(closed.tables.constraints.motion) < 0)
-    matrices = [body_rows(closed, x) for x in (shaken_pose(closed, q), q)]
+    matrices = [consistent.body_rows(closed, x) for x in (consistent.shaken_pose(closed, q), q)]
     extra = min(len(surplus_rows(A)) - len(surplus_rows(A[joints])) for A in matrices)
     if extra <= 0:
         return []
     drives = [drive.partition(".")[0] for drive in program.drives]
-    names = [name for name in dependent_parts(closed, matrices[0]) if name in drives] or drives
+    names = [name for name in consistent.dependent_parts(closed, matrices[0]) if name in drives] or drives
     text = f"With ideal joints {quoted(names)} prescribe {counted(extra, 'motion')} too many; only clearances yield."
     return [found("hidden-over-drive", names, text, "Remove a drive, unless they shall work against each other.")]
 
@@ -128,7 +127,7 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
 def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
     """Motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely."""
     # In `closed` clearance joints are ideal ones, and flexible bodies count as rigid; the pose (n_q,) is closed.
-    rigid, A = RigidMotion(closed), plain(body_rows(closed, q))
+    rigid, A = consistent.RigidMotion(closed), plain(consistent.body_rows(closed, q))
     scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
     ways = scipy.linalg.null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
     if ways.shape[1] == 0:
@@ -160,10 +159,10 @@ ALIGNED = 0.02  # angle between two links that counts as 0 where a loop locks [r
 def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
     """Findings on loops that cannot close in the reference configuration."""
     # The pose with the smallest gaps near the reference configuration, and the gaps of its open joints [m, rad].
-    system, rigid, q = StateEvaluation(closed), RigidMotion(closed), np.array(closed.reference.q)
+    system, rigid, q = StateEvaluation(closed), consistent.RigidMotion(closed), np.array(closed.reference.q)
     for _ in range(CREEPS):
         g = system.at(q).residual
-        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
+        w = consistent.least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
         size = float(np.abs(w / rigid.sizes).max(initial=0.0))
         if size < 1e-10:
             break
@@ -173,15 +172,15 @@ def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
         if part <= 1e-6:
             break
         q = rigid.moved(q, part * w)
-    gaps = by_part(closed, system.at(q).residual)
+    gaps = consistent.by_part(closed, system.at(q).residual)
     largest = max(gaps.values(), default=0.0)
     gaps = {name: gap for name, gap in gaps.items() if gap > 1e-3 * largest > 0.0}
     names = tuple(gaps)
     text = f"A loop cannot close: {', '.join(f'{name!r} stays open by {gap:.4g}' for name, gap in gaps.items())}"
     text = f"{text} (m or rad) in the nearest pose."
-    G = body_rows(closed, shaken_pose(closed, q))
+    G = consistent.body_rows(closed, consistent.shaken_pose(closed, q))
     if surplus_rows(G):
-        parts = dependent_parts(closed, G)
+        parts = consistent.dependent_parts(closed, G)
         return [found("contradicting-joints", parts, text, f"The joints {quoted(parts)} contradict one another.")]
     if not names:
         return [found("open-loop", (), str(error), "")]
@@ -195,7 +194,7 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
         return []
     positions = drive_positions(closed, np.zeros(1))
     begin = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *positions, strict=True))
-    parts = weakest_parts(closed, body_rows(closed, q))
+    parts = weakest_parts(closed, consistent.body_rows(closed, q))
     text = f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)}"
     text += " are assembled on another branch than the one drawn."
     remedy = "Draw the mechanism where its drives begin, on the branch that is meant."
@@ -214,7 +213,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
     good, pose, side = 0.0, q, orientation(closed, q, 0.0)
     for t in times[1:]:
         try:
-            pose = close_loops(closed, {}, start=pose, t=float(t))[0]
+            pose = consistent.close_loops(closed, {}, start=pose, t=float(t))[0]
         except AssemblyError:
             finding = _locked(mechanism, closed, pose, (good, float(t), float(times[-1])))
             if not bodies:
@@ -223,7 +222,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
             remedy = f"{finding.remedy} A flexible body has to bend."
             return [replace(finding, severity=WARNING, text=text, remedy=remedy)]
         if side * orientation(closed, pose, float(t)) < 0.0:
-            parts = weakest_parts(closed, body_rows(closed, pose, float(t)))
+            parts = weakest_parts(closed, consistent.body_rows(closed, pose, float(t)))
             text = f"Between t = {good:.6g} and {t:.6g} s the loops pass a singular pose, where two branches of the"
             text += f" motion cross, and {quoted(parts)} no longer determine which one is followed."
             remedy = "Change lengths so that the links never lie on one line, or add what guides real links"
@@ -235,7 +234,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
 
 def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
     """Sign of the determinant of the constraints, which changes between branches; 0 where they are not square."""
-    A = plain(body_rows(closed, pose, t))
+    A = plain(consistent.body_rows(closed, pose, t))
     return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
 
 
@@ -267,11 +266,11 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, times: tupl
     for _ in range(HALVINGS):
         middle = 0.5 * (t + bad)
         try:
-            pose, t = close_loops(closed, {}, start=pose, t=middle)[0], middle
+            pose, t = consistent.close_loops(closed, {}, start=pose, t=middle)[0], middle
         except AssemblyError:
             bad = middle
     begin, here = drive_positions(closed, np.array([0.0, t]))
-    drives, weak = list(drive_rows(closed)), weakest_parts(closed, body_rows(closed, pose, t))
+    drives, weak = list(consistent.drive_rows(closed)), weakest_parts(closed, consistent.body_rows(closed, pose, t))
     aligned = aligned_joints(mechanism, closed, pose, weak)
     joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
     where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))
@@ -289,7 +288,7 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
     dense = plain(G)
     lengths = np.sqrt((dense * dense).sum(axis=1))
     unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
-    shares = by_part(closed, np.abs(np.linalg.svd(unit, full_matrices=False)[0][:, -1]))
+    shares = consistent.by_part(closed, np.abs(np.linalg.svd(unit, full_matrices=False)[0][:, -1]))
     strong = {name: share for name, share in shares.items() if share > 0.05 * max(shares.values())}
     return tuple(sorted(strong, key=lambda name: -strong[name]))
 

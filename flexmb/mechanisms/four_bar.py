@@ -19,7 +19,7 @@ from flexmb.parts.bodies.flexible_links import FlexibleLink
 from flexmb.parts.bodies.rigid import RigidLink
 from flexmb.parts.contact.friction import ModifiedCoulomb
 from flexmb.parts.contact.hysteresis import LankaraniNikravesh
-from flexmb.parts.drives.drive import Drive
+from flexmb.parts.drives.motions import Drive
 from flexmb.parts.joints.revolute import Revolute
 
 NAME = "four-bar"

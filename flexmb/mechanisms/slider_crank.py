@@ -18,7 +18,7 @@ from flexmb.parts.bodies.flexible_links import FlexibleLink
 from flexmb.parts.bodies.rigid import RigidBody, RigidLink
 from flexmb.parts.contact.friction import ModifiedCoulomb
 from flexmb.parts.contact.hysteresis import LankaraniNikravesh
-from flexmb.parts.drives.drive import Drive
+from flexmb.parts.drives.motions import Drive
 from flexmb.parts.joints.prismatic import Prismatic
 from flexmb.parts.joints.revolute import Revolute
 

@@ -30,14 +30,6 @@ def carried(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.stack([x + c * a - s * b, y + s * a + c * b], axis=-1)
 
 
-def seen_from(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """World points (..., 2) in moved frames with poses x, y, theta (..., 3); shapes are broadcast."""
-    x, y, angle = np.moveaxis(poses, -1, 0)
-    c, s = np.cos(angle), np.sin(angle)
-    dx, dy = points[..., 0] - x, points[..., 1] - y
-    return np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1)
-
-
 def turned_by(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares."""
     # Both have a common factor: the sum of squares of the points, times the factor by which they grow.

@@ -15,8 +15,8 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.fields import field, record
 from flexmb.late import xr
-from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import ElasticBody
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.parts.bodies.flexible import number_of
 from flexmb.program.compiler import compile as compile_mechanism
@@ -200,7 +200,10 @@ class FlexibleMotion:
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Places (n, k, 2) [m] in the frame."""
-        return drawing.seen_from(self.motion[:, None], points)
+        x, y, angle = np.moveaxis(self.motion[:, None], -1, 0)
+        c, s = np.cos(angle), np.sin(angle)
+        dx, dy = points[..., 0] - x, points[..., 1] - y
+        return np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1)
 
     def laid(self) -> np.ndarray:
         """(n, m, 3) poses of the nodes of the unstressed body, stretched to its joints, with the turns of the body."""

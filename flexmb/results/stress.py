@@ -14,8 +14,8 @@ from flexmb.display import number_text
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record, record_with
 from flexmb.late import Late, xr
-from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import ElasticBody
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import beam_motion, nearest_to_each, pose, poses, surface, turned, turned_by

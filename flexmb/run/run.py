@@ -174,7 +174,7 @@ BLOCK_SECONDS = 0.2  # processor time of a block of steps [s], after which the p
 FIRST_BLOCK_UPDATES = 20_000  # number of unknowns times steps of the first block, some ten milliseconds
 # Tolerance of Newton's corrections relative to h^2 |a|.
 # Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
-# `CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
+# `CLOSED_LOOP` of statics/start/consistent.py; all values and what they change: docs/numbers.md.
 NEWTON_TOLERANCE = 1e-6
 NEWTON_ITERATIONS = 30  # number of Newton iterations of a step at most
 NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]

@@ -24,7 +24,7 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.findings import watch
 from flexmb.findings.finding import found
-from flexmb.findings.vibrations import Looked, vibration_findings
+from flexmb.findings.watch import Looked, vibration_findings
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start

@@ -33,7 +33,7 @@ from flexmb.late import scipy, sp
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, refuse_controllers
-from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.parts.bodies.flexible_links import FlexibleBody
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics import equilibrium

@@ -12,7 +12,7 @@ from flexmb.engine.linalg.large import Solve, is_regular, negative_eigenvalues, 
 from flexmb.errors import SolveError
 from flexmb.late import scipy, sp
 from flexmb.program.program import Program
-from flexmb.statics.start.assemble import RigidMotion
+from flexmb.statics.start.consistent import RigidMotion
 
 DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
 DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)

@@ -17,8 +17,7 @@ from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import resolve
 from flexmb.statics.equilibrium import reactions
-from flexmb.statics.start.assemble import close_loops
-from flexmb.statics.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
+from flexmb.statics.start.consistent import accelerations, close_loops, degrees_of_freedom, rigid_velocities
 
 
 @dataclass(frozen=True, repr=False)

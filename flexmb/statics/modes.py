@@ -27,7 +27,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics import eigen, equilibrium
 from flexmb.statics.equilibrium import Equilibrium, Spin
-from flexmb.statics.start.assemble import close_loops
+from flexmb.statics.start.consistent import close_loops
 
 NEAR = 0.05  # change of pose [rad, or relative to the size of the mechanism] up to which modes are not computed anew
 RIGID, RIGID_OF_LARGE = 1e-12, 1e-9  # stiffness over mass relative to the largest, up to which a motion is rigid

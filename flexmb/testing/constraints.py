@@ -11,8 +11,7 @@ from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, JointFriction
 from flexmb.model.law import FrictionLaw, Law, Motion
 from flexmb.program.structure import zeros_of_constraints
-from flexmb.testing.bench import TOLERANCE, Bench, State, TestedKernel, gradient
-from flexmb.testing.elements import check_zeros
+from flexmb.testing.bench import TOLERANCE, Bench, State, TestedKernel, check_zeros, gradient
 
 STEPS = (0.0, 1e-5, 1e-3)  # time steps h [s] of the states
 ROUNDS = 12  # number of states for each time step

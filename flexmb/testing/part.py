@@ -12,9 +12,8 @@ from flexmb.model import contributions as model
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.testing.bench import Bench, Report, TestedKernel
+from flexmb.testing.bench import Bench, Report, TestedKernel, check_control, check_control_tangents, check_element
 from flexmb.testing.constraints import check_constraint, check_contact, check_joint_friction, check_motion
-from flexmb.testing.elements import check_control, check_control_tangents, check_element
 
 MOST_PIECES = 6  # largest number of pieces of one kernel to be checked: the elements of a beam repeat each other
 

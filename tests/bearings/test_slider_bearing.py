@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.parts.bearings import slider
+from flexmb.parts.bearings import journal as slider
 from flexmb.testing.bench import gradient
 
 C, HALF, WIDTH, MU = 1e-4, 0.05, 0.01, 0.05

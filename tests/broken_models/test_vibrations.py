@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.findings import vibrations
-from flexmb.findings.vibrations import UNRESOLVED, loss_of
+from flexmb.findings import watch
+from flexmb.findings.watch import UNRESOLVED, loss_of
 from flexmb.mechanisms.slider_crank import SliderCrankData
 
 O = (0.0, 0.0)
@@ -114,7 +114,7 @@ def test_findings_are_the_same_whenever_they_are_asked_for(tmp_path):
 
 def test_a_run_that_nobody_asks_is_not_examined(monkeypatch):
     sol = fm.simulate(oscillator(192.0), t_end=2.0)
-    monkeypatch.setattr(vibrations, "_are_resolved", None)
+    monkeypatch.setattr(watch, "_are_resolved", None)
     assert sol.ok
     with pytest.raises(TypeError):
         _ = sol.notes

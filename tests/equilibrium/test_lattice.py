@@ -7,7 +7,7 @@ import flexmb as fm
 from flexmb.engine.linalg.large import KeptFactors
 from flexmb.engine.system import state_evaluation
 from flexmb.parts.bodies.rigid import PointMass
-from flexmb.parts.loads.springs import SpringDamper
+from flexmb.parts.loads.force import SpringDamper
 
 PITCH, MASS, STIFFNESS, G = 0.1, 0.01, 1e4, 9.81
 

@@ -11,7 +11,7 @@ from flexmb.engine.linalg.dense import bordered_solution, plain, scaled_rows, so
 from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.system import state_evaluation as system
 from flexmb.errors import AssemblyError, ModelError, SolveError
-from flexmb.statics.start import assemble as rigid
+from flexmb.statics.start import consistent as rigid
 from flexmb.statics.start.consistent import consistent_start, degrees_of_freedom
 
 

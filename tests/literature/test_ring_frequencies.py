@@ -5,7 +5,7 @@ from functools import lru_cache
 from record import Curve, Problem, Value
 
 import flexmb as fm
-from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.cells import matrices
 from flexmb.elastic.planes.pins import Interface, tie
 from flexmb.elastic.planes.plane_body import vibrations
 

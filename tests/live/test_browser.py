@@ -9,7 +9,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar, slider_crank
-from flexmb.show.live import messages
+from flexmb.show.live import page as messages
 
 SIZES = [(1280, 800), (390, 844)]
 

@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 import flexmb as fm
 from flexmb.dynamics.sweeps import bifurcation as diagrams
 from flexmb.mechanisms import slider_crank
-from flexmb.show.live import messages
+from flexmb.show.live import page as messages
 from flexmb.show.live import server as live_server
 
 UPGRADE = {

@@ -5,9 +5,8 @@ import pytest
 
 import flexmb as fm
 from flexmb.elastic.meshes.mesh import PlaneMesh
-from flexmb.elastic.planes.cells import Cells, cell_contributions, cell_energy, cell_force, cell_kernel
+from flexmb.elastic.planes.cells import Cells, cell_contributions, cell_energy, cell_force, cell_kernel, matrices
 from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
-from flexmb.elastic.planes.forms import matrices
 from flexmb.elastic.planes.pins import Interface
 
 SOFT = fm.Material(young=2e5, density=2000.0, poisson=0.3)

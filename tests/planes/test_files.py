@@ -8,7 +8,7 @@ import pytest
 
 from flexmb.elastic.meshes.files import read
 from flexmb.elastic.meshes.outlines import link_with_eyes
-from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.cells import matrices
 from flexmb.elastic.planes.plane_body import vibrations
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.law import Material

@@ -12,7 +12,7 @@ from skfem.helpers import ddot, dot, sym_grad, trace
 
 from flexmb.elastic.meshes.mesh import PlaneMesh, elasticity
 from flexmb.elastic.meshes.outlines import joined, link_with_eyes, rectangle, ring, ruled, sampled, segment
-from flexmb.elastic.planes.forms import (
+from flexmb.elastic.planes.cells import (
     cell_masses,
     cell_stiffness,
     geometric_stiffness,
@@ -340,7 +340,7 @@ def test_two_hundred_thousand_nodes_are_assembled_in_seconds(kind):
     code = f"""
 import time
 from flexmb.model.law import STEEL
-from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.cells import matrices
 from flexmb.elastic.meshes.outlines import link_with_eyes
 mesh = link_with_eyes(0.12, 0.02, 0.01, 0.02, 0.00029, {kind!r})
 begin = time.perf_counter()

@@ -6,7 +6,7 @@ from scipy.sparse.linalg import spsolve
 
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
-from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.cells import matrices
 from flexmb.elastic.planes.pins import Interface, tie
 from flexmb.errors import InputError
 from flexmb.model.law import Material

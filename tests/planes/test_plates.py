@@ -8,7 +8,7 @@ from scipy.sparse.linalg import spsolve
 
 from flexmb.elastic.meshes.mesh import PlaneMesh, jacobians
 from flexmb.elastic.meshes.outlines import plate_with_holes
-from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.cells import matrices
 from flexmb.elastic.planes.loads import edge_load
 from flexmb.elastic.planes.stress import stress_operator
 from flexmb.errors import InputError

@@ -7,7 +7,7 @@ from scipy.sparse.linalg import spsolve
 
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.elastic.meshes.outlines import rectangle, ring
-from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.cells import matrices
 from flexmb.elastic.planes.loads import body_force
 from flexmb.elastic.planes.stress import cell_materials, nodal_stresses, principal, stress_operator, von_mises
 from flexmb.model.law import Material

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from scipy.special import jv, jvp, yv, yvp
 
 from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
-from flexmb.elastic.planes.forms import PlaneMatrices, matrices
+from flexmb.elastic.planes.cells import PlaneMatrices, matrices
 from flexmb.elastic.planes.pins import Interface, Tie, tie
 from flexmb.elastic.planes.plane_body import vibrations
 from flexmb.errors import InputError

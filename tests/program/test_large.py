@@ -19,8 +19,7 @@ from flexmb.engine.system import state_evaluation
 from flexmb.errors import AssemblyError
 from flexmb.parts.bodies import flexible
 from flexmb.program.compiler import compile_with_start
-from flexmb.statics.start.assemble import least_shift
-from flexmb.statics.start.consistent import consistent_start, least_energy
+from flexmb.statics.start.consistent import consistent_start, least_energy, least_shift
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 ALUMINIUM = fm.Material(young=7e10, density=2700.0)

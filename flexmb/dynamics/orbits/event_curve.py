@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.orbits.branch import Branch, BranchPoint
-from flexmb.dynamics.orbits.grazing import ImpactContinuation
+from flexmb.dynamics.orbits import periodic_orbit as orbits
+from flexmb.dynamics.orbits.continuation import ImpactContinuation
 from flexmb.dynamics.orbits.orbit_newton import correct
-from flexmb.dynamics.orbits.periodic_orbit import FLIP, GRAZING, NEIMARK_SACKER, flip_test, multipliers_of, torus_test
+from flexmb.dynamics.orbits.periodic_orbit import Branch, BranchPoint
 from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import FlexmbError, InputError
 from flexmb.late import xr
 
-KINDS = (GRAZING, FLIP, NEIMARK_SACKER)
+KINDS = (orbits.GRAZING, orbits.FLIP, orbits.NEIMARK_SACKER)
 DIFFERENCE = 1e-4  # difference of a parameter for the gradient of a test function, over its range
 CORRECTIONS = 8  # largest number of corrections of a point of the curve
 FEW = 4  # number of corrections up to which the next step grows
@@ -154,8 +154,8 @@ def _plane(
     units = np.array([abs(branch.span[1] - branch.span[0]), width])
 
     def of_multipliers(run: ShootingRun, guess: ShootingRun) -> float:
-        multipliers, _ = multipliers_of(run.monodromy, autonomous=shooting.autonomous)
-        return flip_test(multipliers) if event.kind == FLIP else torus_test(multipliers)
+        multipliers, _ = orbits.multipliers_of(run.monodromy, autonomous=shooting.autonomous)
+        return orbits.flip_test(multipliers) if event.kind == orbits.FLIP else orbits.torus_test(multipliers)
 
     def of_gap(run: ShootingRun, guess: ShootingRun) -> float:
         shooting.set_value(run.value)
@@ -163,8 +163,8 @@ def _plane(
         samples = sampled(shooting.system, run.period, SAMPLES * shooting.times)
         return min((g for g, _, _ in closest_approaches(shooting.system, branch.gaps, samples).values()), key=abs)
 
-    if event.kind != GRAZING or not isinstance(shooting.system, ImpactODE) or shooting.autonomous:
-        test = of_gap if event.kind == GRAZING else of_multipliers
+    if event.kind != orbits.GRAZING or not isinstance(shooting.system, ImpactODE) or shooting.autonomous:
+        test = of_gap if event.kind == orbits.GRAZING else of_multipliers
         return Plane(shooting, parameter, units, branch.tolerance, test), event.shooting_run
     about: dict[str, Any] = {"span": branch.span, "tolerance": branch.tolerance, "gaps": {}, "extremes": 0}
     continuation = ImpactContinuation(shooting=shooting, bounds=(1.0, 1.0, 1.0), **about)

@@ -44,7 +44,7 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
     return neighbour, distance
 
 
-def typical_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0) -> float:
+def mean_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0) -> float:
     """Mean logarithm of the distance of two arbitrary points of (n, m); see `distances` for `shift`."""
     # The distance in time is a multiple of `stride` [samples].
     rng, count = np.random.default_rng(1), len(points)

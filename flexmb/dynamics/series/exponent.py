@@ -10,15 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.dynamics.series.embedding import (
-    Embedding,
-    distances,
-    embed,
-    embedding,
-    nearest,
-    spread,
-    typical_log_distance,
-)
+from flexmb.dynamics.series.embedding import Embedding, distances, embed, embedding, mean_log_distance, nearest, spread
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
 from flexmb.fields import field, record, record_with
 from flexmb.late import scipy
@@ -126,7 +118,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     # difference of the slopes of its halves. The straight part has at least 4 values and a rise of `LEAST_RISE`. Points
     # are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
-    ceiling, longest = typical_log_distance(points, shift=shift) - MARGIN, len(points) // 4
+    ceiling, longest = mean_log_distance(points, shift=shift) - MARGIN, len(points) // 4
     reach = int(min(longest, window + 8 * max(period, 4.0)))
     while True:
         steps = np.arange(0, reach + 1, max(1, reach // 150))
@@ -368,7 +360,7 @@ def _wolf_slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
         return Slope(np.nan, np.nan, text)
     growth = np.log(np.maximum(after[has_neighbour], 1e-12) / before[has_neighbour]) / evolve
     steps, running = starts[has_neighbour] + evolve, np.cumsum(growth) / np.arange(1, len(growth) + 1)
-    if np.log(np.maximum(after[has_neighbour], 1e-12)).mean() > typical_log_distance(points) - 0.7:
+    if np.log(np.maximum(after[has_neighbour], 1e-12)).mean() > mean_log_distance(points) - 0.7:
         text = f"After {evolve} samples pairs are as far apart as arbitrary points: noise, or `evolve` is too long."
         return Slope(np.nan, np.nan, text, steps=steps, curve=running)
     block_means = np.array([block.mean() for block in np.array_split(growth, BLOCKS)])

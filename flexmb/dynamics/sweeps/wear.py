@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,16 +15,14 @@ from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.dynamics.sweeps.parameter_sweep import dataset_of
 from flexmb.dynamics.sweeps.store import STATUS, Column, Record, opened
 from flexmb.engine.compiled.digest import digest
+from flexmb.engine.step.method import Method
 from flexmb.errors import InputError
 from flexmb.late import xr
 from flexmb.model.mechanism import Mechanism
+from flexmb.parts.wear.worn_joint import WornJoint
 from flexmb.program import compiler
 from flexmb.run.simulate import Step, simulate
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    from flexmb.engine.step.method import Method
-    from flexmb.parts.wear.worn_joint import WornJoint
 
 KIND = "wear"  # kind of the dataset
 # Largest depth that is carried on at once, over the clearance [1]; beyond it ridges grow between the angles.

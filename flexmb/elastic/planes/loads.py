@@ -19,19 +19,11 @@ from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, edge_rule, numbers_of_cells
 from flexmb.elastic.planes import elements
-from flexmb.elastic.planes.cells import ties_of
-from flexmb.elastic.planes.forms import mass_basis
+from flexmb.elastic.planes.cells import mass_basis, ties_of
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.errors import InputError
 from flexmb.kernels import Kernel, element_kernel, fast, signal_kernel
-from flexmb.model.contributions import (
-    MULTIPLIES,
-    Contribution,
-    Coordinate,
-    ElementContribution,
-    node_coordinates,
-    signal_contributions,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.law import Motion
 from flexmb.planar import Array
 
@@ -268,20 +260,22 @@ class NodalLoad:
     edges: FollowedEdges | None = None  # edges that it follows, in place of directions; None: no edges
 
 
-def load_contributions(body: PlaneBody, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:
+def load_contributions(
+    body: PlaneBody, name: str, load: NodalLoad, history: Motion | None
+) -> list[pieces.Contribution]:
     """Elements and signals of a load on all nodes of a body, times the value of `history`; None: constant."""
     kernel: Kernel = edge_force_kernel if load.edges else node_force_kernel
     parts = list(_edges(body, load.edges) if load.edges else _nodes(body, load))
-    numbers, coordinates = [float(load.edges is not None)], list[Coordinate]()
+    numbers, coordinates = [float(load.edges is not None)], list[pieces.Coordinate]()
     for place, p in parts:
         numbers += [float(len(place)), float(len(p)), *p]
         coordinates += place
     dofs = tuple(coordinates), tuple(numbers)
-    signals = signal_contributions(name, mesh_load_signal, SIGNALS, *dofs, use_of_factor=MULTIPLIES)
-    return [*(ElementContribution(name, kernel, place, p, factor=history) for place, p in parts), *signals]
+    signals = pieces.signal_contributions(name, mesh_load_signal, SIGNALS, *dofs, use_of_factor=pieces.MULTIPLIES)
+    return [*(pieces.ElementContribution(name, kernel, place, p, factor=history) for place, p in parts), *signals]
 
 
-def _edges(body: PlaneBody, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+def _edges(body: PlaneBody, edges: FollowedEdges) -> Iterator[tuple[tuple[pieces.Coordinate, ...], tuple[float, ...]]]:
     """Coordinates and numbers of each edge."""
     products = np.stack([edges.normal, edges.along], axis=3).reshape(len(edges.nodes), -1)
     for nodes, own in zip(edges.nodes.tolist(), products.tolist(), strict=True):
@@ -289,29 +283,29 @@ def _edges(body: PlaneBody, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordi
         yield coordinates, (float(len(nodes)), float(held), *own, *ties)
 
 
-def _nodes(body: PlaneBody, load: NodalLoad) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+def _nodes(body: PlaneBody, load: NodalLoad) -> Iterator[tuple[tuple[pieces.Coordinate, ...], tuple[float, ...]]]:
     """Coordinates and numbers of each loaded node, then of each loaded pin."""
     on_pins: dict[str, Array] = {}
     for k in load.nodes.tolist():
         fx, fy = load.forces[k].tolist()
         pin = body.on_pins.get(k)
         if pin is None:
-            yield _force(body, load, (fx, fy, 0.0, 0.0), node_coordinates(body.name, body.free_nodes[k])[:2])
+            yield _force(body, load, (fx, fy, 0.0, 0.0), pieces.node_coordinates(body.name, body.free_nodes[k])[:2])
             continue
         ax, ay = (body.mesh.points[k] - pin.point).tolist()
         sums = on_pins.setdefault(pin.name, np.zeros(4))
         sums += (fx, fy, ax * fy - ay * fx, ax * fx + ay * fy)
     for name, sums in on_pins.items():
-        yield _force(body, load, tuple(sums.tolist()), node_coordinates(body.name, name))
+        yield _force(body, load, tuple(sums.tolist()), pieces.node_coordinates(body.name, name))
 
 
 def _force(
-    body: PlaneBody, load: NodalLoad, sums: tuple[float, ...], place: tuple[Coordinate, ...]
-) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
+    body: PlaneBody, load: NodalLoad, sums: tuple[float, ...], place: tuple[pieces.Coordinate, ...]
+) -> tuple[tuple[pieces.Coordinate, ...], tuple[float, ...]]:
     """Coordinates and numbers of a force on the node at `place`, with its rotation if it has one."""
     own, at = (2 if len(place) == 3 else -1), -1
     if load.follower:
-        turning = node_coordinates(body.name, body.interfaces[0].name)[2]
+        turning = pieces.node_coordinates(body.name, body.interfaces[0].name)[2]
         if turning not in place:
             place = (*place, turning)
         at = place.index(turning)

@@ -19,26 +19,18 @@ from scipy.sparse.linalg import ArpackError
 from flexmb import checks, planar
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.meshes.mesh import STRAIN, STRESS, PlaneMesh, by_region, cell_values, elasticity, require_material
-from flexmb.elastic.planes.cells import Cells, cell_contributions, tie_matrix, ties_of
+from flexmb.elastic.planes.cells import Cells, PlaneMatrices, cell_contributions, lowest, matrices, tie_matrix, ties_of
 from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
-from flexmb.elastic.planes.forms import PlaneMatrices, lowest, matrices
 from flexmb.elastic.planes.loads import NodalLoad, load_contributions
 from flexmb.elastic.planes.pins import AVERAGED, RIGID, Interface, Tie, averaged_pin, tie
 from flexmb.elastic.planes.stress import cell_materials, mesh_shape, peak_stress_signal
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, flag, instance, not_negative, one_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import (
-    Attachment,
-    ConstraintContribution,
-    Contribution,
-    Coordinate,
-    Node,
-    node_coordinates,
-)
-from flexmb.model.elastic_body import ElasticBody
+from flexmb.model import contributions as pieces
 from flexmb.model.law import Material, Motion
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import ElasticBody
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.rigid import held_rotation_kernel, node_mass
@@ -53,9 +45,9 @@ class MeshBody(ElasticBody):
         return 0.0
 
     @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
+    def coordinates(self) -> tuple[pieces.Coordinate, ...]:
         """Coordinates of all nodes."""
-        return tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
+        return tuple(c for node in self.nodes() for c in pieces.node_coordinates(self.name, node.name))
 
     @property
     @abstractmethod
@@ -63,7 +55,7 @@ class MeshBody(ElasticBody):
         """The body with all nodes of its mesh; None for one of beams."""
 
     @abstractmethod
-    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[pieces.Contribution]:
         """Contributions of a `load` called `name` on the mesh, in its axes, times `history`; None: constant."""
 
 
@@ -259,24 +251,24 @@ class PlaneBody(MeshBody):
         return Cells.of(self.mesh, self.material, self.thickness, self.state, FORMULATIONS[self.formulation])
 
     @cached_property
-    def _nodes(self) -> tuple[Node, ...]:
+    def _nodes(self) -> tuple[pieces.Node, ...]:
         points = self.mesh.points.tolist()
-        free = (Node(name, *self._world(points[k]), 0.0, turns=False) for k, name in self.free_nodes.items())
+        free = (pieces.Node(name, *self._world(points[k]), 0.0, turns=False) for k, name in self.free_nodes.items())
         return (*self.pin_nodes, *free)
 
     @cached_property
-    def pin_nodes(self) -> tuple[Node, ...]:
+    def pin_nodes(self) -> tuple[pieces.Node, ...]:
         """The pins in the reference configuration."""
-        return tuple(Node(i.name, *self._world(i.point), self.direction) for i in self.interfaces)
+        return tuple(pieces.Node(i.name, *self._world(i.point), self.direction) for i in self.interfaces)
 
     def _world(self, point: Sequence[float]) -> Point:
         """A point of the mesh in the reference configuration [m]."""
         return planar.from_frame(self.origin, self.direction, (point[0], point[1]))
 
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[pieces.Node, ...]:
         return self._nodes
 
-    def attach(self, owner: str, point: Point) -> Attachment:
+    def attach(self, owner: str, point: Point) -> pieces.Attachment:
         pins = sorted(self.pin_nodes, key=lambda pin: planar.distance((pin.x, pin.y), point))
         gap = planar.distance((pins[0].x, pins[0].y), point)
         if gap > SAME_LENGTH * self.mesh.size:
@@ -284,24 +276,24 @@ class PlaneBody(MeshBody):
             text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no pin of {self.label};"
             text += f" it lies {gap:.3g} m from the nearest. Pins: {listed}."
             raise InputError(f"{text} Move the point there, or name a set of the mesh there as a pin.")
-        return Attachment(self.name, pins[0].name, (0.0, 0.0))
+        return pieces.Attachment(self.name, pins[0].name, (0.0, 0.0))
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         cells, gravity, mesh = self._cells, mechanism.gravity, self.mesh
-        found: list[Contribution] = []
+        found: list[pieces.Contribution] = []
         found += cell_contributions(self.name, cells, self.free_nodes, self.on_pins, self.damping, gravity)
         found += self._damped() if self.mass_damping else ()
         inertia = cells.mass * float(np.ptp(mesh.points, axis=0).max()) ** 2
         for name in self.free_nodes.values():  # any moment of inertia will do
-            theta = node_coordinates(self.name, name)[2:]
+            theta = pieces.node_coordinates(self.name, name)[2:]
             found.append(node_mass(self.name, name, 0.0, inertia / len(self.free_nodes), (0.0, 0.0)))
-            found.append(ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True))
+            found.append(pieces.ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True))
         for pin in (pin for pin in self.interfaces if pin.kind == AVERAGED):
             # its constraint, and its small mass, which is taken from its nodes
             names = [self.free_nodes[k] for k in pin.nodes.tolist()]
             weights, arms = pin.weights(mesh), pin.arms(mesh)
-            coordinates = [*node_coordinates(self.name, pin.name)]
-            coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
+            coordinates = [*pieces.node_coordinates(self.name, pin.name)]
+            coordinates += [c for name in names for c in pieces.node_coordinates(self.name, name)[:2]]
             mass = PIN_SHARE * cells.mass
             found.append(averaged_pin(self.name, tuple(coordinates), arms, weights))
             found.append(node_mass(self.name, pin.name, mass, mass * float(weights @ (arms**2).sum(axis=1)), gravity))
@@ -314,7 +306,7 @@ class PlaneBody(MeshBody):
             found.append(peak_stress_signal(self.name, places, ties, mesh, materials))
         return found
 
-    def _damped(self) -> Iterator[Contribution]:
+    def _damped(self) -> Iterator[pieces.Contribution]:
         """Mass-proportional damping of all cells; the frame has the first two pins, or one and the farthest node."""
         points, first = self.mesh.points, self.interfaces[0]
         if len(self.interfaces) > 1:
@@ -322,7 +314,7 @@ class PlaneBody(MeshBody):
         else:
             far = int(np.linalg.norm(points - np.array(first.point), axis=1).argmax())
             end, name = (float(points[far, 0]), float(points[far, 1])), self.free_nodes[far]
-        frame = tuple(c for node in (first.name, name) for c in node_coordinates(self.name, node)[:2])
+        frame = tuple(c for node in (first.name, name) for c in pieces.node_coordinates(self.name, node)[:2])
         angle = -planar.direction(first.point, end)
         for numbers, mass in zip(self._cells.cells.tolist(), self._cells.masses, strict=True):
             own, ties, held = ties_of(self.name, numbers, points, self.free_nodes, self.on_pins)
@@ -334,7 +326,7 @@ class PlaneBody(MeshBody):
     def plane(self) -> PlaneBody:
         return self
 
-    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[pieces.Contribution]:
         return load_contributions(self, name, load, history)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone

@@ -17,8 +17,8 @@ from scipy.sparse import bsr_array, csr_array
 from skfem.quadrature import get_quadrature
 
 from flexmb.elastic.meshes.mesh import KINDS, STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
+from flexmb.elastic.planes.cells import assembled
 from flexmb.elastic.planes.elements import deformation_by, nodal, node_places, turned_arms
-from flexmb.elastic.planes.forms import assembled
 from flexmb.engine.compiled.arrays import stack_space
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution

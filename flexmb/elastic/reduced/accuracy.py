@@ -12,7 +12,7 @@ import scipy.linalg as la
 import scipy.sparse.linalg as sla
 
 from flexmb import checks
-from flexmb.elastic.planes.forms import lowest
+from flexmb.elastic.planes.cells import lowest
 from flexmb.elastic.planes.stress import von_mises
 from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, inertia_loads
 from flexmb.elastic.reduced.kernel import FIRST

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.linalg as la
 
 from flexmb import planar
-from flexmb.elastic.planes.forms import factored, lowest
+from flexmb.elastic.planes.cells import factored, lowest
 from flexmb.elastic.reduced.kernel import MOST
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node

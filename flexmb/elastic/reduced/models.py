@@ -19,7 +19,7 @@ from flexmb import planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.fem import BeamMatrices
 from flexmb.elastic.beams.stress import outer_fibres
-from flexmb.elastic.planes.forms import geometric_stiffness, stress_at_quadrature
+from flexmb.elastic.planes.cells import geometric_stiffness, stress_at_quadrature
 from flexmb.elastic.planes.pins import RIGID, tie
 from flexmb.elastic.planes.plane_body import PlaneBody
 from flexmb.elastic.planes.stress import mesh_shape, stress_operator
@@ -28,7 +28,7 @@ from flexmb.errors import InputError
 from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
 from flexmb.parts.bodies import flexible
-from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.parts.bodies.flexible_links import FlexibleBody
 from flexmb.planar import Array
 
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all

@@ -12,15 +12,7 @@ from flexmb import checks, kernels, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, between, field, point, positive, record, several, vector
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import (
-    Attachment,
-    ConstraintContribution,
-    Contribution,
-    ElementContribution,
-    ElementKernels,
-    Node,
-    node_coordinates,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.model.shape import Point, RigidShape, Shapes
@@ -48,10 +40,10 @@ def undamped(p, t, q, v, w):
     return 0.0, 0.0
 
 
-def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point) -> ElementContribution:
+def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point) -> pieces.ElementContribution:
     """Contribution of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
-    return ElementContribution(
-        part, node_mass_kernel, node_coordinates(part, node), (mass, inertia, *gravity), energy=node_mass_energy,
+    return pieces.ElementContribution(
+        part, node_mass_kernel, pieces.node_coordinates(part, node), (mass, inertia, *gravity), energy=node_mass_energy,
         damping=undamped, diagonal=True, is_mass=True,
     )  # fmt: skip
 
@@ -118,12 +110,14 @@ def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, mean_weight(p, q), 0.0
 
 
-MEAN_MASS = ElementKernels(mean_mass_kernel, mean_mass_energy, mean_mass_force, None, mean_mass_account, undamped)
+MEAN_MASS = pieces.ElementKernels(
+    mean_mass_kernel, mean_mass_energy, mean_mass_force, None, mean_mass_account, undamped
+)
 
 
-def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> ElementContribution:
+def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> pieces.ElementContribution:
     """Contribution of a point mass [kg] held at the mean position of several nodes."""
-    coordinates = tuple(c for node in nodes for c in node_coordinates(part, node)[:2])
+    coordinates = tuple(c for node in nodes for c in pieces.node_coordinates(part, node)[:2])
     return MEAN_MASS.contribution(part, coordinates, (mass, *gravity))
 
 
@@ -164,23 +158,23 @@ class PointMass(Body):
         "m/s", vector, default=None,
     )  # fmt: skip
 
-    def nodes(self) -> tuple[Node, ...]:
-        return (Node("", *self.at, 0.0),)
+    def nodes(self) -> tuple[pieces.Node, ...]:
+        return (pieces.Node("", *self.at, 0.0),)
 
-    def attach(self, owner: str, point: Point) -> Attachment:
+    def attach(self, owner: str, point: Point) -> pieces.Attachment:
         apart = planar.distance(self.at, point)
         if apart > SAME_POINT * max(1.0, *map(abs, self.at)):
             text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {apart:g} m beside {self.label},"
             raise InputError(f"{text} which is one point. Give its point, or use a RigidBody.")
-        return Attachment(self.name, "", (0.0, 0.0))
+        return pieces.Attachment(self.name, "", (0.0, 0.0))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
         return None if self.velocity is None else (*self.velocity, 0.0)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         """The mass, and the constraint equation of the rotation that does not exist."""
-        theta = node_coordinates(self.name, "")[2:]
-        held = ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True)
+        theta = pieces.node_coordinates(self.name, "")[2:]
+        held = pieces.ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True)
         # any moment of inertia will do
         return [node_mass(self.name, "", self.mass, self.mass, mechanism.gravity), held]
 
@@ -202,12 +196,12 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     poses = {name: (node.x, node.y, node.theta) for name, node in nodes.items()}
     q = np.array([poses[part, name][axis] for part, name, axis in contribution.coordinates])
     p, n = np.array(contribution.p, dtype=float), len(q)
-    if isinstance(contribution, ConstraintContribution):
+    if isinstance(contribution, pieces.ConstraintContribution):
         m = contribution.rows
         G, H = np.zeros((m, n)), np.zeros((n, n))
         contribution.kernel(p, 0.0, q, np.zeros(n), np.ones(m), np.zeros(m), G, np.zeros(m), np.zeros(m), H)
         return contribution.joint_friction is not None or _any(G[:, place], G) or _any(H[:, place], G, H)
-    if isinstance(contribution, ElementContribution):
+    if isinstance(contribution, pieces.ElementContribution):
         z, r, A = np.array(contribution.history, dtype=float), np.zeros(n), np.zeros((3, n, n))
         kernel = contribution.kernel.dispatcher if len(mechanism.parts) > MANY_PARTS else contribution.kernel
         kernel(p, 0.0, 0.0, q, np.zeros(n), np.zeros(n), z, r, A[0], A[1], A[2], z.copy())
@@ -290,13 +284,13 @@ class RigidBody(Body):
         "polyline in pictures, or lines to joints", "m", several(point, "points"), default=()
     )
 
-    def nodes(self) -> tuple[Node, ...]:
-        return (Node("", *self.at, self.theta),)
+    def nodes(self) -> tuple[pieces.Node, ...]:
+        return (pieces.Node("", *self.at, self.theta),)
 
-    def attach(self, owner: str, point: Point) -> Attachment:  # noqa: ARG002 - any point of the plane will do
-        return Attachment(self.name, "", planar.to_frame(self.at, self.theta, point))
+    def attach(self, owner: str, point: Point) -> pieces.Attachment:  # noqa: ARG002 - any point of the plane will do
+        return pieces.Attachment(self.name, "", planar.to_frame(self.at, self.theta, point))
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
@@ -349,11 +343,11 @@ class RigidLink(Bar):
     def is_massless(self) -> bool:
         return self.mass == 0.0 and self.inertia == 0.0
 
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[pieces.Node, ...]:
         x, y = planar.from_frame(self.start, self.angle, (self.centre * self.length, 0.0))
-        return (Node("", x, y, self.angle),)
+        return (pieces.Node("", x, y, self.angle),)
 
-    def attach(self, owner: str, point: Point) -> Attachment:
+    def attach(self, owner: str, point: Point) -> pieces.Attachment:
         """A point of the axis (also beyond the ends)."""
         node = self.nodes()[0]
         along, across = planar.to_frame((node.x, node.y), self.angle, point)
@@ -361,9 +355,9 @@ class RigidLink(Bar):
             text = f"{owner}: the point ({point[0]:g}, {point[1]:g})"
             text += f" lies {abs(across):g} m off the axis of {self.label}."
             raise InputError(f"{text} Move the point onto the axis, or use RigidBody for a body with joints anywhere.")
-        return Attachment(self.name, "", (along, across))
+        return pieces.Attachment(self.name, "", (along, across))
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         mass, inertia = self.mass, self.inertia
         if self.is_massless:
             mass = MASSLESS * min((body.total_mass() for body in mechanism.bodies if not body.is_massless), default=1.0)

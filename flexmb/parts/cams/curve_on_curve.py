@@ -23,17 +23,7 @@ from flexmb import kernels, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    Coordinate,
-    JointFriction,
-    Node,
-    Reaction,
-    SignalContribution,
-    node_coordinates,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion, refuse_one_body
@@ -220,17 +210,19 @@ class PairKernels:
     sliding: kernels.Kernel  # joint-friction kernel
     speed: kernels.Kernel  # signal kernel of the normal speed of the second body
 
-    def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
+    def contributions(
+        self, part: Any, coordinates: tuple[pieces.Coordinate, ...], p: tuple[float, ...]
+    ) -> list[pieces.Contribution]:
         """Constraint equation of an ideal pair; contact and its ideal form at the start."""
-        rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
+        rubbing = None if part.friction is None else pieces.JointFriction(self.sliding, p, part.friction)
         first, second = (part.name, self.equation, coordinates, p, 1), coordinates[3:]
-        ideal = ConstraintContribution(*first, second, joint_friction=rubbing, holds="closed")
+        ideal = pieces.ConstraintContribution(*first, second, joint_friction=rubbing, holds="closed")
         if part.normal is not None:
             friction = part.friction or Frictionless()
-            contact = ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
+            contact = pieces.ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
             return [contact] if part.start == OPEN else [contact, ideal]
-        reactions = Reaction("force", "N", 0), Reaction("power", "W", 0, rate="normal_speed")
-        speed = SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p)
+        reactions = pieces.Reaction("force", "N", 0), pieces.Reaction("power", "W", 0, rate="normal_speed")
+        speed = pieces.SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p)
         return [replace(ideal, holds="always", reactions=reactions), speed]
 
 
@@ -309,7 +301,9 @@ CURVES = pair_kernels("CURVES", curves_pair)  # pair of two closed curves
 TOLERANCE_LENGTH = 1e-3  # length by which tolerances of a run with contacts are scaled, over the size of the curve
 
 
-def carriers(mechanism: Mechanism, owner: str, *bodies: Part) -> tuple[list[Node], tuple[Coordinate, ...]]:
+def carriers(
+    mechanism: Mechanism, owner: str, *bodies: Part
+) -> tuple[list[pieces.Node], tuple[pieces.Coordinate, ...]]:
     """Nodes of both rigid bodies, or ground, that carry the curves of a pair, and their coordinates x, y, theta."""
     found = []
     for body in (mechanism.body(part.name, owner) for part in bodies):
@@ -319,15 +313,15 @@ def carriers(mechanism: Mechanism, owner: str, *bodies: Part) -> tuple[list[Node
             raise ModelError(f"{text} Fix a RigidBody with the curve to one of its nodes by Fixed(...).")
         found.append(nodes[0])
     pairs = zip(bodies, found, strict=True)
-    return found, tuple(c for part, node in pairs for c in node_coordinates(part.name, node.name))
+    return found, tuple(c for part, node in pairs for c in pieces.node_coordinates(part.name, node.name))
 
 
-def in_frame(node: Node, point: tuple[float, float]) -> tuple[float, float]:
+def in_frame(node: pieces.Node, point: tuple[float, float]) -> tuple[float, float]:
     """A point of the reference configuration in the frame of a node [m]."""
     return planar.to_frame((node.x, node.y), node.theta, point)
 
 
-def curve_numbers(curve: ClosedCurve, node: Node) -> tuple[float, ...]:
+def curve_numbers(curve: ClosedCurve, node: pieces.Node) -> tuple[float, ...]:
     """Numbers of a closed curve in the frame of a node, see `flexmb.parts.cams.curves`."""
     c, s = math.cos(node.theta), math.sin(node.theta)
     spans = curve.array.copy()
@@ -521,14 +515,14 @@ class CurveOnCurve(Pair):
         curve, other = self._ordered()[1::2]
         check_distance(self, curve, other)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         body, curve, second, other = self._ordered()
         nodes, coordinates = carriers(mechanism, self.label, body, second)
         head, closed = (TOLERANCE_LENGTH * curve.size,), curve_numbers(curve, nodes[0])
         if isinstance(other, Line):
             start, end = in_frame(nodes[1], other.start), in_frame(nodes[1], other.end)
             p = (*head, *start, *along(Line(start, end)), side_of(curve, other), other.length, *closed)
-            place = SignalContribution(self.name, "place", "m", face_place, coordinates, p)
+            place = pieces.SignalContribution(self.name, "place", "m", face_place, coordinates, p)
             return [*FACE.contributions(self, coordinates, p), place]
         if isinstance(other, CircularCurve):
             p = (*head, *in_frame(nodes[1], other.centre), other.radius, *closed)
@@ -602,7 +596,7 @@ class PointOnCurve(Pair):
         super().validate(mechanism)
         check_distance(self, self.curve, CircularCurve(self.at, POINT * self.curve.size))
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
         size, numbers = TOLERANCE_LENGTH * self.curve.size, curve_numbers(self.curve, nodes[0])
         return ROLLER.contributions(self, coordinates, (size, *in_frame(nodes[1], self.at), 0.0, *numbers))

@@ -36,8 +36,15 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 from flexmb.model.shape import CircleShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between, rounds
-from flexmb.parts.couplings.coupling import angle_of, angles_contribution
+from flexmb.parts.couplings.coupling import (
+    FIRST_ANGLE,
+    SECOND_ANGLE,
+    add_bending,
+    angle_of,
+    angles_contribution,
+    line_between,
+    rounds,
+)
 from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import direction_row
 from flexmb.parts.joints.revolute import drawn_direction, drawn_theta

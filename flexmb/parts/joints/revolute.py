@@ -12,15 +12,7 @@ from flexmb.errors import InputError
 from flexmb.fields import field, not_negative, positive, record
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel, compiled, constraint_kernel, gap_kernel
-from flexmb.model.contributions import (
-    AngleContribution,
-    Attachment,
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    Ends,
-    JointFriction,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Pose
@@ -78,35 +70,35 @@ def angle_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[0, 1] = 1.0
 
 
-def drawn_theta(mechanism: Mechanism, end: Attachment) -> float:
+def drawn_theta(mechanism: Mechanism, end: pieces.Attachment) -> float:
     """Theta of the node of an end in the reference configuration [rad]."""
     return mechanism.body(end.part).node(end.node).theta
 
 
-def drawn_angle(mechanism: Mechanism, ends: Ends) -> float:
+def drawn_angle(mechanism: Mechanism, ends: pieces.Ends) -> float:
     """theta2 - theta1 of the nodes that a joint holds, in the reference configuration."""
     return drawn_theta(mechanism, ends.second) - drawn_theta(mechanism, ends.first)
 
 
 def drawn_direction(
-    mechanism: Mechanism, end: Attachment, along: tuple[float, float], turn: float = 0.0
+    mechanism: Mechanism, end: pieces.Attachment, along: tuple[float, float], turn: float = 0.0
 ) -> tuple[float, float]:
     """Unit vector along a direction of the reference configuration, turned by `turn` [rad], in the frame of a node."""
     angle = math.atan2(along[1], along[0]) + turn - drawn_theta(mechanism, end)
     return math.cos(angle), math.sin(angle)
 
 
-def angle_contribution(part: str, mechanism: Mechanism, ends: Ends) -> AngleContribution:
+def angle_contribution(part: str, mechanism: Mechanism, ends: pieces.Ends) -> pieces.AngleContribution:
     """Relative rotation of the second body against the first, 0 in the reference configuration, and its rate."""
     pair = (ends.first.part, ends.first.node, 2), (ends.second.part, ends.second.node, 2)
-    return AngleContribution(part, pair, (drawn_angle(mechanism, ends),))
+    return pieces.AngleContribution(part, pair, (drawn_angle(mechanism, ends),))
 
 
-def coincidence_piece(part: str, ends: Ends, *, holds: str = "always") -> ConstraintContribution:
+def coincidence_piece(part: str, ends: pieces.Ends, *, holds: str = "always") -> pieces.ConstraintContribution:
     """The two constraint equations of a revolute joint."""
     coordinates = ends.coordinates
     own = coincidence_kernel, coordinates, ends.offsets, 2, coordinates[3:]
-    return ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES, is_pin=True)
+    return pieces.ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES, is_pin=True)
 
 
 @record
@@ -138,19 +130,21 @@ class Revolute(Joint):
         super().__post_init__()
         contact_point.check_friction(self, "radius")
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         ends = self.ends(mechanism)
         contribution, angle = coincidence_piece(self.name, ends), angle_contribution(self.name, mechanism, ends)
         if self.friction is None or self.radius is None:
             return [contribution, angle]
         p, signal = (self.radius, self.preload), ("friction_torque", "N m")
-        friction = JointFriction(contact_point.journal_friction, p, self.friction, signal, self.radius)
+        friction = pieces.JointFriction(contact_point.journal_friction, p, self.friction, signal, self.radius)
         return [replace(contribution, joint_friction=friction), angle]
 
-    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
+    def drive_contribution(self, mechanism: Mechanism) -> pieces.ConstraintContribution | None:
         ends = self.ends(mechanism)
         p = (drawn_angle(mechanism, ends),)
-        return ConstraintContribution(self.name, angle_kernel, ends.coordinates[2::3], p, 1, is_drive=True, curved=())
+        return pieces.ConstraintContribution(
+            self.name, angle_kernel, ends.coordinates[2::3], p, 1, is_drive=True, curved=()
+        )
 
 
 @record
@@ -163,11 +157,11 @@ class Fixed(Joint):
     kind = "fixed"
     holds_point = False
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         ends = self.ends(mechanism)
         p = (*ends.offsets, drawn_angle(mechanism, ends))
         own, columns = (self.name, weld_kernel, ends.coordinates, p, 3, ends.second.coordinates), (*AT_PIN, (2, 5))
-        return [ConstraintContribution(*own, moment_row=2, columns=columns, curved=BY_ANGLES)]
+        return [pieces.ConstraintContribution(*own, moment_row=2, columns=columns, curved=BY_ANGLES)]
 
 
 @gap_kernel
@@ -321,21 +315,21 @@ class RevoluteClearance(Joint):
             remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
             yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         ends = self.ends(mechanism)
         p = (self.play, self.bearing_radius, *ends.offsets)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
-        contact = ContactContribution(self.name, journal_gap_kernel, ends.coordinates, p, normal, self.friction)
+        contact = pieces.ContactContribution(self.name, journal_gap_kernel, ends.coordinates, p, normal, self.friction)
         return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, ends)]
 
-    def _held(self, mechanism: Mechanism, ends: Ends) -> ConstraintContribution:
+    def _held(self, mechanism: Mechanism, ends: pieces.Ends) -> pieces.ConstraintContribution:
         """The two constraint equations that hold the journal in its place at the start."""
         p = (*ends.offsets, *self.eccentricity(mechanism))
         friction = rubbing(self.friction, contact_point.journal_friction, (self.journal_radius, 0.0))
         place = self.name, held_journal_kernel, ends.coordinates, p, 2, ends.second.coordinates
-        return ConstraintContribution(*place, joint_friction=friction, holds="closed")
+        return pieces.ConstraintContribution(*place, joint_friction=friction, holds="closed")
 
 
-def rubbing(law: FrictionLaw, kernel: Kernel, p: tuple[float, ...]) -> JointFriction | None:
+def rubbing(law: FrictionLaw, kernel: Kernel, p: tuple[float, ...]) -> pieces.JointFriction | None:
     """Friction of the ideal joint that stands for one with clearance; None without friction."""
-    return None if isinstance(law, Frictionless) else JointFriction(kernel, p, law)
+    return None if isinstance(law, Frictionless) else pieces.JointFriction(kernel, p, law)

@@ -13,12 +13,9 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, count, field, instance, not_negative, positive, record, record_with, several
+from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint, Part
 from flexmb.parts.contact.friction import Frictionless
-
-if TYPE_CHECKING:
-    from flexmb.model.law import FrictionLaw
-
 
 # Coefficient of wear [1/Pa] above which a number cannot be one: dry steel has 1e-15 to 1e-11.
 LARGEST_COEFFICIENT = 1e-9

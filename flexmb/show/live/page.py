@@ -1,18 +1,24 @@
-"""Live page of a mechanism: its use from scripts, and its HTML."""
+"""Live page of a mechanism: its use from scripts, its HTML, messages to and from browsers, files of the newest run."""
 
 from __future__ import annotations
 
 import html
 import secrets
 import shlex
+import threading
 import time
 import webbrowser
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from string import Template
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.design.parameters import Model
@@ -21,18 +27,153 @@ from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.results.drawing import spread_instants
+from flexmb.results.solution import Solution
+from flexmb.results.status import main_signals
 from flexmb.run.simulate import period_or_none
-from flexmb.show.live import messages
 from flexmb.show.live.knobs import LABEL, Knobs
-from flexmb.show.live.messages import Files, folder_of
 from flexmb.show.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
 from flexmb.show.live.studies import Studies
-from flexmb.show.reports.document import Markup, asset, document, embedded
-from flexmb.show.reports.scene import COLOURED, choices
+from flexmb.show.pictures.films import animate
+from flexmb.show.reports.document import Markup, asset, document, embedded, floats
+from flexmb.show.reports.run_page import clearance_data, curves
+from flexmb.show.reports.scene import COLOURED, choices, fields_of, scene_or_reason
+from flexmb.show.reports.study_pages import report
 
 if TYPE_CHECKING:
     from flexmb.show.live.server import Server
     from flexmb.show.live.widget import Widget
+
+
+NAMES = ("report.html", "film", "run.nc")  # names by which a page asks for a file
+STORE_ENTRY = "zarr.json"  # file in each folder that is itself a store
+
+
+def folder_of(name: str, given: str | Path) -> Path:
+    """A folder in which files can be written, made where it does not exist; else `InputError`."""
+    folder = checks.path(LABEL, given).absolute()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".flexmb-", dir=folder):
+            pass
+    except OSError as error:
+        what = "is a file, and no folder" if folder.is_file() else f"takes no files ({error.strerror})"
+        raise InputError(f"{LABEL}: {name} {str(given)!r} {what}. Give a folder in which you may write.") from error
+    if (folder / STORE_ENTRY).exists():
+        text = f"{LABEL}: {name} {str(given)!r} is itself the store of a sweep"
+        raise InputError(f"{text}. Give the folder above it, or a new one.")
+    return folder
+
+
+class Files:
+    """Files of the newest run, `view()`, of a page with a title; `folder`: where a notebook saves them."""
+
+    def __init__(self, view: Callable[[], View], title: Callable[[], str], folder: Path) -> None:
+        self.view, self.title, self.folder = view, title, folder
+        self.filming = threading.Lock()
+
+    def written(self, name: str, folder: Path) -> Path:
+        """A file of the newest run, written into a folder."""
+        view = self.view()
+        if view.solution is None:
+            raise InputError(f"{LABEL}: there is no run to save: {view.status}")
+        sol = view.solution
+        stem = "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in self.title())[:80] or "run"
+        if name == "report.html":
+            return report(sol, folder / f"{stem}.html", mechanism=view.mechanism)
+        if name == "run.nc":
+            return Path(sol.to_netcdf(folder / f"{stem}.nc"))
+        kind = "gif" if find_spec("imageio_ffmpeg") is None else "mp4"
+        with self.filming:  # one at a time: each takes a processor for seconds
+            return animate(sol, folder / f"{stem}.{kind}")
+
+    def saved(self, name: str) -> Path:
+        """A file of the newest run in the folder of the page; a name that is taken gets a number."""
+        with TemporaryDirectory(prefix=".flexmb-", dir=folder_of("folder", self.folder)) as place:
+            made = self.written(name, Path(place))
+            names = (f"{made.stem}{f'-{k}' if k > 1 else ''}{made.suffix}" for k in count(1))
+            return made.rename(next(self.folder / one for one in names if not (self.folder / one).exists()))
+
+
+FRAMES = 300  # largest number of frames of a message
+MAIN, MOST_WANTED = 2, 40  # numbers of main signals, and of other ones at most, in a message
+LENGTH = ""  # name of the length of a run among the fields of the page
+RESULT = "run"  # kind of the messages of views
+
+
+def run_message(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
+    """Message of a view with the main signals and other ones, and with texts that make the mechanism."""
+    said: dict[str, Any] = {
+        "type": "run", "number": view.number, "values": dict(view.values), "length": view.length,
+        "status": view.status, "ok": view.ok, "done": view.done, "code": code, "command": command,
+    }  # fmt: skip
+    if view.solution is not None:
+        said |= _result(view, view.solution, wanted)
+    return embedded(said)
+
+
+def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any]:
+    """Scene, signals, journals, section points and largest values of a run; nothing where no row is finite."""
+    frames = spread_instants(sol, FRAMES)
+    frames = frames[np.isfinite(sol.values[frames]).all(axis=1)]
+    if len(frames) == 0:
+        return {}
+    main = [name for name in main_signals(sol) if name in sol]
+    names = list(dict.fromkeys([*main[:MAIN], *(name for name in wanted if name in sol)])) or list(sol.names[:1])
+    drawn, missing = scene_or_reason(sol, view.mechanism, frames)
+    peaks = [[name, *sol.peak(name)[:2], sol.units(name)] for name in dict.fromkeys([*main, *wanted]) if name in sol]
+    found: dict[str, Any] = {
+        "scene": drawn, "missing": missing, "fields": fields_of(drawn) if drawn else [],
+        "signals": curves(sol, names, frames), "journals": clearance_data(sol, frames),
+        "known": list(sol.names), "units": list(sol.signals.units),
+        "peaks": peaks, "notes": list(sol.notes), "seconds": sol.stats.wall_time,
+        "main": main[:MAIN] or names,
+    }  # fmt: skip
+    if view.period is not None and view.section.shape[1:] == (len(sol.names),):
+        places = [sol.names.index(name) for name in names if name in sol.names]
+        points = floats(np.ascontiguousarray(view.section[:, places]))
+        found["section"] = {"names": [sol.names[k] for k in places], "points": points, "period": view.period}
+    return found
+
+
+def examination(number: int, report: Report | str) -> str:
+    """Message of an examination."""
+    rows, freedom = [], ""
+    if isinstance(report, str):
+        rows = [["error", "", report, ""]]
+    else:
+        rows = [[f.severity, f.code, f.text, f.remedy] for f in report.findings]
+        freedom = f"Degrees of freedom: {report.freedom} (rigid, clearances closed), {report.free} not driven."
+    return embedded({"type": "findings", "number": number, "rows": rows, "freedom": freedom})
+
+
+def refusal(text: str, field: str | None = None) -> str:
+    """Message on something refused; `field`: name of the value, or kind of the study, to which it belongs."""
+    return embedded({"type": "refused", "text": text, "field": field})
+
+
+def answer(heard: Callable[[Any], None], given: Any) -> str | None:
+    """Refusal of a message that a browser has sent; None where it was met."""
+    try:
+        heard(given)
+    except FlexmbError as error:
+        message = given if isinstance(given, dict) else {}
+        values = message.get("values")
+        fields = [*(values if isinstance(values, dict) else ()), *([LENGTH] if "length" in message else ())]
+        fields += [message["kind"]] if "kind" in message else []
+        return refusal(str(error), str(fields[0])[:200] if len(fields) == 1 else None)
+    return None
+
+
+KINDS = ("set", "want", "go", "study", "stop", "open")  # kinds of messages from browsers
+
+
+def require(given: Any, kind: type, what: str) -> Any:
+    """`given` if it is of a kind, else `InputError`."""
+    if not isinstance(given, kind) or (kind is not bool and isinstance(given, bool)):
+        raise InputError(f"{LABEL}: {what} is missing or of a wrong kind.")
+    return given
+
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
 # Scripts of a report; style and scripts of the live page alone.
@@ -253,7 +394,7 @@ class Page:
     # From the thread of the runs
 
     def _publish(self, view: View) -> None:
-        self._tell(messages.RESULT, self._told(view))
+        self._tell(RESULT, self._told(view))
 
     def _tell(self, kind: str, text: str) -> None:
         self._server.tell(kind, text)
@@ -261,10 +402,10 @@ class Page:
             widget.tell(kind, text)
 
     def _told(self, view: View) -> str:
-        return messages.run_message(view, self._wanted, self._knobs.code(view.values), self._command(view))
+        return run_message(view, self._wanted, self._knobs.code(view.values), self._command(view))
 
     def _publish_examination(self, number: int, found: Report | str) -> None:
-        self._examination = messages.examination(number, found)
+        self._examination = examination(number, found)
         self._tell("findings", self._examination)
 
     def _publish_study(self, said: Mapping[str, Any]) -> None:
@@ -274,21 +415,21 @@ class Page:
 
     def _greeting(self) -> dict[str, str]:
         examined = {"findings": self._examination} if self._examination else {}
-        return {messages.RESULT: self._told(self._runner.latest), **examined}
+        return {RESULT: self._told(self._runner.latest), **examined}
 
     def _hear(self, given: Any) -> None:
         """Fulfil a wish of a browser; wrong ones raise `InputError`."""
-        message = messages.require(given, dict, "a message")
-        kind = checks.one_of(LABEL, "type", message.get("type"), messages.KINDS)
+        message = require(given, dict, "a message")
+        kind = checks.one_of(LABEL, "type", message.get("type"), KINDS)
         if kind == "set":
-            values = messages.require(message.get("values", {}), dict, "the object `values`")
+            values = require(message.get("values", {}), dict, "the object `values`")
             self._runner.submit({str(name): value for name, value in values.items()}, message.get("length"))
         elif kind == "want":
-            names = messages.require(message.get("signals"), list, "the list `signals`")
-            self._wanted = tuple(dict.fromkeys(str(name)[:200] for name in names[-messages.MOST_WANTED :]))
+            names = require(message.get("signals"), list, "the list `signals`")
+            self._wanted = tuple(dict.fromkeys(str(name)[:200] for name in names[-MOST_WANTED:]))
             self._publish(self._runner.latest)
         elif kind == "go":
-            self._runner.go_on(messages.require(message.get("on"), bool, "`on`"))
+            self._runner.go_on(require(message.get("on"), bool, "`on`"))
         elif kind == "study":
             self._studies.begin(self._runner.request.values, message)
         else:

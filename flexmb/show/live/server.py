@@ -25,7 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from flexmb.errors import USER_ERRORS, InputError
 from flexmb.show.live.knobs import LABEL
-from flexmb.show.live.messages import NAMES, Files, answer
+from flexmb.show.live.page import NAMES, Files, answer
 
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")

@@ -10,7 +10,7 @@ import traitlets
 from flexmb import checks
 from flexmb.errors import USER_ERRORS, InputError
 from flexmb.show.live.knobs import LABEL
-from flexmb.show.live.messages import NAMES, Files, answer, refusal
+from flexmb.show.live.page import NAMES, Files, answer, refusal
 from flexmb.show.reports.document import embedded
 
 # Kinds of messages whose newest one the widget keeps, also in a saved notebook; others are sent and forgotten.

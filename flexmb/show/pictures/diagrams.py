@@ -11,8 +11,7 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.basins import Basin
 from flexmb.dynamics.exponents import Exponents
-from flexmb.dynamics.orbits.branch import Branch, BranchPoint
-from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
+from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER, Branch, BranchPoint
 from flexmb.dynamics.report import ChaosReport, Motion, wrapped
 from flexmb.errors import InputError
 from flexmb.late import mpl, xr

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
-from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import ElasticBody
 from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, Surface, nearest_instants, parts, pose
