@@ -151,9 +151,6 @@ def _zeros(rows: int, columns: int, entries: tuple[tuple[int, int], ...] | None)
     return found.ravel()
 
 
-PIN_ENTRIES = 2  # entries of H of a pin, those of its angles; friction in it fills the block
-
-
 def ints(values: Sequence[int] | np.ndarray) -> np.ndarray:
     """A 1-D int64 array."""
     return np.array(values, dtype=np.int64).reshape(-1)
@@ -269,7 +266,8 @@ class Packer:
     def constraints(self) -> Constraints:
         """Arrays of the constraints."""
         found, dofs = self.contributions.constraints, self.constraint_dofs
-        pin = ints([c.is_pin and not c.motions for c in found]) * (np.diff(self.h_blocks.ptr) == PIN_ENTRIES)
+        pin = ints([c.is_pin and not c.motions for c in found])
+        pin *= np.diff(self.h_blocks.ptr) == 2  # entries of H by the angles alone; friction fills the block
         motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
         rubbing = [contribution.joint_friction for contribution in found]
         load = self.numbered("joint_friction", [one.kernel if one else None for one in rubbing])

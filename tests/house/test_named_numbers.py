@@ -11,9 +11,9 @@ CONTRACTS = ("_kernel", "_law")
 
 ORDERED = {
     "coordinates x, y, theta of nodes, the entries of rows and columns of matrices included": (
-        "q v a x y r u f F X Y Jx Jy Mx Gl"
+        "q v a x y r u f F X Y Jx Jy Gl"
     ),
-    "rows of a constraint": "g gamma lam G H",
+    "rows of a constraint": "g gv gamma lam G H",
     "matrices of an element by its coordinates": "K C M A",
     "states before, newest first": "past projected_gaps",
 }
@@ -28,6 +28,7 @@ IN_FILES = {
         "a block of the matrix, row by row": "lu",
         "ends of what panels begin": "target_ptr",
     },
+    "flexmb/engine/dormand_prince/tree.py": {"x and y of a point": "p"},
     "flexmb/engine/radau/method.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/engine/radau/step.py": {
         "ends and stages of a step, in time": "past_lam b",

@@ -84,23 +84,23 @@ def grown(program: Program) -> list[tuple[int, ...]]:
 
 
 @compiled
-def accelerate_by_tree(tables, trial, work, T):
-    """Set trial.a and trial.lam to those of the forces -work.r; whether they are finite."""
-    find_arms(tables.p, trial.q, T)
-    add_inertias(trial.v, work.r, T)
-    return turn_bodies(trial.v, trial.a, trial.lam, T)
+def accelerate_by_tree(tables, trial, work, branches):
+    """Set trial.a and trial.lam by the forces -work.r; whether they are finite."""
+    find_arms(tables.p, trial.q, branches)
+    add_inertias(trial.v, work.r, branches)
+    return turn_bodies(trial.v, trial.a, trial.lam, branches)
 
 
 @compiled
-def find_arms(p, q, T):
+def find_arms(p, q, branches):
     """Directions of all bodies, kappa and e; sums are set to 0."""
-    for i in range(T.masses.shape[0]):
-        pin, own = part_of(T.pins, i * WIDTH, (i + 1) * WIDTH), row_of(T.known, i, KNOWN)
+    for i in range(branches.masses.shape[0]):
+        pin, own = part_of(branches.pins, i * WIDTH, (i + 1) * WIDTH), row_of(branches.known, i, KNOWN)
         near, far, start, angle = pin[NEAR], pin[FAR], pin[START], q[pin[BODY] + 2]
         c, s, x, y = math.cos(angle), math.sin(angle), -p[far], -p[far + 1]
         own[C], own[S], own[KX], own[KY] = c, s, c * x - s * y, s * x + c * y
         if pin[BEFORE] >= 0:
-            before = row_of(T.known, pin[BEFORE], KNOWN)
+            before = row_of(branches.known, pin[BEFORE], KNOWN)
             c, s, x, y = before[C], before[S], p[near] - p[start], p[near + 1] - p[start + 1]
             own[EX], own[EY] = c * x - s * y, s * x + c * y
         for k in range(AXX, PX):
@@ -108,14 +108,14 @@ def find_arms(p, q, T):
 
 
 @compiled
-def add_inertias(v, r, T):
+def add_inertias(v, r, branches):
     """A, b, w/D and k/D of all bodies, from the tips to the ground."""
-    for i in range(T.masses.shape[0] - 1, -1, -1):
-        pin, own = part_of(T.pins, i * WIDTH, (i + 1) * WIDTH), row_of(T.known, i, KNOWN)
-        body, x, y, m = pin[BODY], own[KX], own[KY], T.masses[i, MASS]
+    for i in range(branches.masses.shape[0] - 1, -1, -1):
+        pin, own = part_of(branches.pins, i * WIDTH, (i + 1) * WIDTH), row_of(branches.known, i, KNOWN)
+        body, x, y, m = pin[BODY], own[KX], own[KY], branches.masses[i, MASS]
         wx, wy, way = own[WX] - m * y, own[WY] + m * x, m * v[body + 2] * v[body + 2]
         k = own[K] + r[body + 2] + x * r[body + 1] - y * r[body]
-        inverse = 1.0 / (own[D] + T.masses[i, INERTIA] + m * (x * x + y * y))
+        inverse = 1.0 / (own[D] + branches.masses[i, INERTIA] + m * (x * x + y * y))
         ux, uy = wx * inverse, wy * inverse
         axx, axy, ayy = own[AXX] + m - ux * wx, own[AXY] - ux * wy, own[AYY] + m - uy * wy
         bx, by = own[BX] - way * x + r[body] - ux * k, own[BY] - way * y + r[body + 1] - uy * k
@@ -123,7 +123,7 @@ def add_inertias(v, r, T):
         own[WX], own[WY], own[K] = ux, uy, k * inverse
         if pin[BEFORE] < 0:
             continue
-        before, speed, x, y = row_of(T.known, pin[BEFORE], KNOWN), v[pin[CARRIER] + 2], own[EX], own[EY]
+        before, speed, x, y = row_of(branches.known, pin[BEFORE], KNOWN), v[pin[CARRIER] + 2], own[EX], own[EY]
         gx, gy = axy * x - axx * y, ayy * x - axy * y
         speed *= speed
         bx, by = bx - speed * (axx * x + axy * y), by - speed * (axy * x + ayy * y)
@@ -139,13 +139,18 @@ def add_inertias(v, r, T):
 
 
 @compiled
-def turn_bodies(v, a, lam, T):
+def turn_bodies(v, a, lam, branches):
     """Accelerations (n_q + 3,) and multipliers (n_c,), from the ground to the tips; whether they are finite."""
     total = 0.0
-    for i in range(T.masses.shape[0]):
-        pin, own, px, py = part_of(T.pins, i * WIDTH, (i + 1) * WIDTH), row_of(T.known, i, KNOWN), 0.0, 0.0
+    for i in range(branches.masses.shape[0]):
+        pin, own, px, py = (
+            part_of(branches.pins, i * WIDTH, (i + 1) * WIDTH),
+            row_of(branches.known, i, KNOWN),
+            0.0,
+            0.0,
+        )
         if pin[BEFORE] >= 0:
-            before, turn, speed = row_of(T.known, pin[BEFORE], KNOWN), a[pin[CARRIER] + 2], v[pin[CARRIER] + 2]
+            before, turn, speed = row_of(branches.known, pin[BEFORE], KNOWN), a[pin[CARRIER] + 2], v[pin[CARRIER] + 2]
             speed *= speed
             px = before[PX] - turn * own[EY] - speed * own[EX]
             py = before[PY] + turn * own[EX] - speed * own[EY]
@@ -160,15 +165,15 @@ def turn_bodies(v, a, lam, T):
 
 
 @compiled
-def place_by_tree(tables, trial, T):
+def place_by_tree(tables, trial, branches):
     """Place the bodies by their angles, and move them by their angular speeds, so that all pins are closed."""
     p, q, v = tables.p, trial.q, trial.v
-    for i in range(T.masses.shape[0]):
-        pin, own = part_of(T.pins, i * WIDTH, (i + 1) * WIDTH), row_of(T.known, i, KNOWN)
+    for i in range(branches.masses.shape[0]):
+        pin, own = part_of(branches.pins, i * WIDTH, (i + 1) * WIDTH), row_of(branches.known, i, KNOWN)
         body, near, far = pin[BODY], pin[NEAR], pin[FAR]
         x, y, vx, vy = p[near], p[near + 1], 0.0, 0.0
         if pin[BEFORE] >= 0:
-            before = row_of(T.known, pin[BEFORE], KNOWN)
+            before = row_of(branches.known, pin[BEFORE], KNOWN)
             start, c, s = pin[CARRIER], before[C], before[S]
             ax, ay, speed = c * x - s * y, s * x + c * y, v[start + 2]
             x, y, vx, vy = q[start] + ax, q[start + 1] + ay, v[start] - speed * ay, v[start + 1] + speed * ax
