@@ -233,6 +233,20 @@ def test_a_chain_needs_no_factors(links):
     assert max(np.abs(gap(sol, links)).max(), np.abs(gap(sol, links, "vx", "vy", "omega")).max()) < 1e-12
 
 
+@pytest.mark.parametrize("links", [10, 100])
+def test_a_step_beside_a_free_body_is_closed_by_factors_of_the_complement(links):
+    """Factors: eleven of the stages, one or two of the projection, one of the accelerations at its end."""
+    free = fm.RigidBody("free", (0.0, 1.0), 1.0, 1.0)
+    mech = fm.Mechanism("chain and body", [*chain(links).parts, free], gravity=(0.0, -G))
+    sol = fm.simulate(mech, t_end=0.3, method=METHOD, step=fm.Adaptive(rtol=1e-5), save=1)
+    stats = sol.stats
+    assert sol.ok
+    assert 0 < stats.factorisations - 11 * (stats.steps + stats.rejected) <= 2.5 * stats.steps
+    assert max(np.abs(gap(sol, links)).max(), np.abs(gap(sol, links, "vx", "vy", "omega")).max()) < 1e-12
+    alone = fm.simulate(chain(links), t_end=0.3, method=METHOD, step=fm.Adaptive(rtol=1e-5), save=1)
+    assert abs(sol.array(f"link{links - 1}.y")[-1] - alone.array(f"link{links - 1}.y")[-1]) < 1e-5
+
+
 def gap(sol, links, x="x", y="y", theta="theta"):
     """Distance (2, links - 1) of the ends of neighbours at the end of a chain, or its rate."""
     at = np.array([[sol.array(f"link{k}.{name}")[-1] for k in range(links)] for name in (x, y, "theta", theta)])

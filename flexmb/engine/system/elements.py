@@ -316,8 +316,7 @@ def add_four(tables, address, e, t, h, q, v, a, z, kq, kv, ka, matrix, work):
             for i in range(n):
                 for j in range(n):
                     value = work.Kl[(j * n + i) * LANES + lane]  # columns one after the other
-                    if value != 0.0:
-                        work.lu[positions[(lane * n + i) * n + j]] += value
+                    work.lu[positions[(lane * n + i) * n + j]] += value
     else:
         kernels.force_at(address.force, E.fours[e, at.FOUR_FORCES])(p, t, h, ql, vl, al, own, r, z_new)
     for lane in range(LANES):
