@@ -648,7 +648,7 @@ def _left_out() -> dict[str, str]:
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION
         engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.FINEST run.stopping.MOST_TRIALS
         run.stopping.TIMES_TARGET parts.controllers.control.JUST_BEFORE parts.controllers.control.LATEST_BREAK parts.controllers.control.TARGETS
-        results.stress.SAME_NUMBERS run.saving.SAME_TIME run.saving.LARGEST_SHARE run.run.LEAST_SEEN run.run.LEAST_CLEAR
+        results.stress.SAME_NUMBERS run.saving.SAME_TIME run.saving.LARGEST_SHARE run.saving.SURE_SIZE run.run.LEAST_SEEN run.run.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: engine.step.acceptance.END_OF_STEP run.saving.SAME_INSTANT
     round-off of the end of a run, four times: parts.drives.motions.SHORTEST_PULSE
     refuses what would take too long: parts.controllers.control.LEAST_SAMPLE

@@ -423,7 +423,7 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
     """Findings on the fastest vibration with energy of which steps lose a part."""
     program = looked.program
     short = looked.steps < (FEWEST_STEPS if program.names.contacts else 1)
-    if short or not len(looked.times) or loss_of(looked.method, 1.0, 1.0, 1.0) is None:
+    if short or not len(looked.times):
         return
     if program.n_q > MOST_UNKNOWNS:
         text = f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."

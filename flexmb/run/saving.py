@@ -83,6 +83,7 @@ def saves_end(run: Run, end: float) -> bool:
 
 # Saved rows of a run in one growing array, filled from the buffer of the loop
 
+SURE_SIZE = 1e6  # size of saved rows up to which no memory is asked for [bytes]
 LARGEST_SHARE = 0.8  # share of the memory for saved rows; a system promises more than it has and then ends the process
 
 
@@ -113,7 +114,8 @@ class SavedRows:
         """Append rows (n, columns) at times (n,); `MemoryError` where the machine has no room for them."""
         end = self.count + len(times)
         if end > len(self._times):
-            most = LARGEST_SHARE * (self.count + free_memory() / (8 * self.columns + 8))
+            size = 8 * self.columns + 8
+            most = LARGEST_SHARE * (self.count + free_memory() / size) if end * size > SURE_SIZE else math.inf
             if end > most:
                 raise MemoryError
             self._resize(int(min(max(end, self.count + self.count // 2), most)))

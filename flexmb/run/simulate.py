@@ -24,7 +24,7 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.findings import watch
 from flexmb.findings.finding import found
-from flexmb.findings.watch import Looked, vibration_findings
+from flexmb.findings.watch import Looked, amplification, vibration_findings
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start
@@ -185,7 +185,8 @@ def _solution(
     if kept_file is not None:
         troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
         findings += [found("bookkeeping", (), text) for text in troubles if text]
-    late = partial(vibration_findings, Looked.at(run, motion, begun))
+    examined = amplification(run.method, 1.0) is not None
+    late = partial(vibration_findings, Looked.at(run, motion, begun)) if examined else None
     sol = run.solution(model=model, findings=findings, late=late, wall_time=clock() - started)
     if not sol.ok:
         tell_stopped(f"simulate {sol.name!r}", sol.status)

@@ -134,6 +134,7 @@ def test_a_run_whose_rows_fill_the_memory_ends_with_a_status(save, sampled, monk
     """With 20 kB beside the rows, the run stops where these are full, before the system ends the process."""
     model = servo().mechanism if sampled else fm.mechanisms.slider_crank()
     monkeypatch.setattr(saving, "free_memory", lambda: 2e4, raising=False)
+    monkeypatch.setattr(saving, "SURE_SIZE", 0.0)
     sol = fm.simulate(model, t_end=2.0, step=1e-4, save=save, signals=["energy.kinetic"], max_steps=30_000)
     assert not sol.ok
     assert f"{len(sol.time):,} saved instants fill the memory; save fewer instants or signals, at t = " in sol.status
