@@ -13,7 +13,7 @@ import numpy as np
 import peer
 import peer_link
 import peer_nine_bar
-from duel import GaveUp, Row, Runner, Wish
+from duel import COUNTING, GaveUp, Row, Runner, Wish
 from peer import BEAM_TOLERANCES, TRAPEZOIDAL, Stepping
 
 import flexmb as fm
@@ -357,6 +357,11 @@ def _their_peak(clearance: float) -> float:
     return float(np.linalg.norm(system.record("force")[:, 1:3], axis=1).max())
 
 
+def _counted(_: float) -> int:
+    """Some 10 ms of counting, which needs no memory: what two cores can gain."""
+    return sum(k * k for k in range(250_000))
+
+
 def swept(point: Callable, clock: Callable[[], float]) -> float:
     """Time of all points in one process [s], with building the models."""
     began = clock()
@@ -403,6 +408,8 @@ def _sweep() -> list[Runner]:
         Runner("Exudyn", "h = 1e-5", partial(swept, _their_point, cpu), partial(values, _their_peak)),
         Runner("flexmb", ONE, partial(swept, default, clock), partial(values, default)),
         Runner("flexmb", TWO, lambda: pooled(default, 2)[0], partial(values_and_pool, default, default)),
+        Runner(COUNTING, ONE, partial(swept, _counted, clock), dict),
+        Runner(COUNTING, TWO, lambda: pooled(_counted, 2)[0], dict),
         Runner("Exudyn", ONE, partial(swept, _their_point, clock), partial(values, _their_peak)),
         Runner("Exudyn", TWO, lambda: pooled(_their_point, 2)[0], partial(values_and_pool, _their_peak, _their_point)),
     ]
