@@ -44,9 +44,8 @@ def turned(body, angle, shift):
     return np.array(poses).ravel()
 
 
-@pytest.mark.quick(3)
 @pytest.mark.parametrize("kind", BODIES)
-@pytest.mark.parametrize("angle", [0.0, 2.0, -3.1, 2000.0 * math.pi + 1.0])
+@pytest.mark.parametrize("angle", slow_where(lambda angle: angle != 2.0, [0.0, 2.0, -3.1, 2000.0 * math.pi + 1.0]))
 def test_a_turned_body_is_unstressed(kind, angle):
     """Forces of 1 m of stretch are the scale; angles of 1000 turns have 13 digits left."""
     body = BODIES[kind]()
