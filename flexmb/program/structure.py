@@ -19,6 +19,7 @@ import numpy as np
 from numba.core import config
 
 from flexmb import checks
+from flexmb.engine.compiled.code_cache import ours
 from flexmb.engine.compiled.lanes import LANES
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
@@ -231,10 +232,11 @@ class Packer:
     def elements(self) -> Elements:
         """Arrays of the elements."""
         found, factors = self.contributions.elements, self.factors()
-        # What is never called is not compiled.
+        # What is never called is not compiled.  Kernels of users are, whatever `is_mass` or `is_pin` they inherit.
         element = self.numbered("element", [None if e.is_complete else e.kernel for e in found])
         energy = self.numbered("energy", [e.energy for e in found])
-        ways, masses = ("force", "tangent", "account", "damping"), ints([e.is_mass and not e.factor for e in found])
+        own = [e.is_mass and not e.factor and all(k and ours(k.function) for k in (e.kernel, e.energy)) for e in found]
+        ways, masses = ("force", "tangent", "account", "damping"), ints(own)
         return Elements(
             element, energy, factors, *(self.numbered(way, [getattr(e, way) for e in found]) for way in ways),
             masses, self.fours(factors), self.p["element"], self.p["factor"], self.z["element"], self.element_dofs.ptr,
@@ -266,7 +268,7 @@ class Packer:
     def constraints(self) -> Constraints:
         """Arrays of the constraints."""
         found, dofs = self.contributions.constraints, self.constraint_dofs
-        pin = ints([c.is_pin and not c.motions for c in found])
+        pin = ints([c.is_pin and not c.motions and ours(c.kernel.function) for c in found])
         pin *= np.diff(self.h_blocks.ptr) == 2  # entries of H by the angles alone; friction fills the block
         motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
         rubbing = [contribution.joint_friction for contribution in found]

@@ -84,13 +84,24 @@ def half_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     M[0, 0], M[1, 1], M[2, 2] = 0.5 * m, 0.5 * m, J
 
 
-@pytest.mark.parametrize(("name", "message"), [("B", "leave is_pin out"), ("fore", "leave is_mass out")])
-def test_check_part_refuses_a_wrong_declaration(name, message):
+def inherited():
+    """Two links: a pin and a mass of a user inherit from those of flexmb, with kernels of their own."""
     arm = fm.RigidLink("arm", (0.0, 0.0), (0.1, 0.0), mass=0.2, inertia=1e-4)
     fore = HeavyLink("fore", (0.1, 0.0), (0.4, 0.1), mass=0.3, inertia=2e-3)
     pins = fm.Revolute("A", fm.GROUND, arm, (0.0, 0.0)), LongPin("B", arm, fore, (0.1, 0.0))
+    return fm.Mechanism("two", (arm, fore, *pins))
+
+
+@pytest.mark.parametrize(("name", "message"), [("B", "leave is_pin out"), ("fore", "leave is_mass out")])
+def test_check_part_refuses_a_wrong_declaration(name, message):
     with pytest.raises(KernelError, match=message):
-        fm.testing.check_part(fm.Mechanism("two", (arm, fore, *pins)), name)
+        fm.testing.check_part(inherited(), name)
+
+
+def test_kernels_of_users_are_called_whatever_their_parts_inherit():
+    tables = compile_mechanism(inherited()).tables
+    assert tables.constraints.pin.tolist() == [1, 0]
+    assert tables.elements.mass.tolist() == [1, 0]
 
 
 def test_a_pin_with_friction_and_a_mass_with_a_factor_keep_their_kernels():
