@@ -1,7 +1,7 @@
 """Compiled code reads tables, states and parameters by names: a literal is an index only where an order is natural."""
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import pytest
 
@@ -176,25 +176,33 @@ def is_of_contacts(value: ast.Attribute) -> bool:
 
 def unnamed(path: str, tree: ast.Module) -> list[str]:
     """One line for each literal subscript that wants a name."""
+    return without_names((path, *one) for one in subscripts(path, tree))
+
+
+def without_names(met: Iterable[tuple[str, ast.Subscript, str]]) -> list[str]:
+    """The same for subscripts with their files and names."""
     return [
-        f"{path}:{node.lineno}: {ast.unparse(node)}"
-        for node, name in subscripts(path, tree)
-        if not is_natural(path, node, name)
+        f"{path}:{node.lineno}: {ast.unparse(node)}" for path, node, name in met if not is_natural(path, node, name)
     ]
 
 
-def test_compiled_code_reads_numbers_by_their_names(package_sources):
-    found = [text for source in package_sources for text in unnamed(source.path, source.tree)]
+@pytest.fixture(scope="module")
+def met(package_sources):
+    """Every subscript of the package, with its file and name."""
+    return [(source.path, *one) for source in package_sources for one in subscripts(source.path, source.tree)]
+
+
+def test_compiled_code_reads_numbers_by_their_names(met):
+    found = without_names(met)
     assert not found, f"{len(found)} literal subscripts without a name:\n" + "\n".join(found)
 
 
-def test_every_order_is_one_that_compiled_code_uses(package_sources):
-    met = [(s.path, name) for s in package_sources for _, name in subscripts(s.path, s.tree)]
-    anywhere = {name for _, name in met}
+def test_every_order_is_one_that_compiled_code_uses(met):
+    anywhere = {name for _, _, name in met}
     listed = {name for text in ORDERED.values() for name in text.split()} | LAST_INDEX | BOUNDS
     assert not listed - anywhere, f"listed, but gone: {listed - anywhere}"
     own = {(path, name) for path, texts in IN_FILES.items() for text in texts.values() for name in text.split()}
-    assert not own - set(met), "listed for a file, but gone"
+    assert not own - {(path, name) for path, _, name in met}, "listed for a file, but gone"
 
 
 @pytest.mark.parametrize(
