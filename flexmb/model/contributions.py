@@ -96,7 +96,7 @@ class ElementContribution:
     account: Kernel | None = None
     damping: Kernel | None = None
     diagonal: bool = False  # whether K, C and M have a diagonal alone
-    # whether it is a rigid mass at a node, p = (mass, inertia, gravity x, y): the loops know it without its kernels
+    # whether it is a rigid mass at a node, p = (mass, inertia, gravity x, y): the loops know it by the kernel of flexmb
     is_mass: bool = False
     # `force`, `tangent`, `account`, `damping` of this element and the next three, see `flexmb.engine.compiled.lanes`
     fours: tuple[Kernel, ...] = ()

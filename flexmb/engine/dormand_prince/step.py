@@ -127,7 +127,7 @@ def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial
 
 @compiled
 def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
-    """Project the trial positions and velocities onto the constraints, with least kinetic energy."""
+    """Project the trial positions and velocities onto the constraints, with least kinetic energy, or by the angles."""
     if tables.sizes.n_c == 0:
         return RUNNING
     if D.tree.usable == 1:

@@ -22,6 +22,7 @@ from flexmb.engine.compiled.records import Integers, Matrix, Record
 from flexmb.engine.dormand_prince.complement import Complement
 from flexmb.engine.system.work import new_from_template
 from flexmb.kernels import compiled
+from flexmb.places import INERTIA, MASS
 from flexmb.program.program import BEGIN, Program
 
 # Numbers of each pin in `Tree.pins`: first row; 1 if its body is the second one of the joint, or -1; first coordinate
@@ -30,7 +31,6 @@ from flexmb.program.program import BEGIN, Program
 ROW, SIGN, BODY, NEAR, FAR, BEFORE, START, CARRIER, WIDTH = range(9)
 # Columns of `Tree.known`: direction of the body, kappa, e; A, w, D, k and b, first their sums; acceleration of the pin.
 C, S, KX, KY, EX, EY, AXX, AXY, AYY, WX, WY, D, K, BX, BY, PX, PY, KNOWN = range(18)
-MASS, INERTIA = range(2)  # columns of `Tree.masses`
 
 
 class Tree(Record):
@@ -38,7 +38,7 @@ class Tree(Record):
 
     usable: int  # 1 if all joints are pins that make a tree with the ground, else 0
     pins: Integers  # (8 bodies,)
-    masses: Matrix  # (bodies, 2) m [kg], J [kg m^2]
+    masses: Matrix  # (bodies, 2) MASS [kg], INERTIA [kg m^2]
     known: Matrix  # (bodies, 17)
 
 
