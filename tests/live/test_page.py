@@ -1,5 +1,6 @@
 """A live page driven by a script: results are those of `simulate`; failures stay on the page; stale runs end."""
 
+import json
 import math
 import os
 import threading
@@ -49,6 +50,30 @@ def test_values_may_be_texts_with_a_unit(crank_page):
             crank_page.set(clearance=wrong)
     with pytest.raises(fm.errors.InputError, match="clearance: '1e300 um' is too large"):
         crank_page.set(clearance="1e300 um")
+
+
+def test_an_older_run_is_never_told_after_a_newer_one(crank_page, monkeypatch):
+    crank_page.set(speed=300.0)
+    older, told = crank_page.view.number, []
+    writing, newer, tell = threading.Event(), threading.Event(), crank_page._told
+
+    def slowly(view):
+        if view.number == older:
+            writing.set()
+            newer.wait(1.0)  # a message that is still written when the next run ends
+        text = tell(view)
+        if view.number > older:
+            newer.set()
+        return text
+
+    monkeypatch.setattr(crank_page, "_told", slowly)
+    monkeypatch.setattr(crank_page._server, "tell", lambda kind, text: told.append((kind, json.loads(text)["number"])))
+    asking = threading.Thread(target=crank_page._hear, args=({"type": "want", "signals": []},))
+    asking.start()
+    assert writing.wait(10.0)
+    crank_page.set(speed=200.0)
+    asking.join()
+    assert [number for kind, number in told if kind == "run"] == [older, older + 1]
 
 
 @pytest.mark.parametrize("name", ["store", "folder"])

@@ -287,6 +287,7 @@ class Page:
         self._knobs, self._source = knobs, tuple(source)
         self._wanted: tuple[str, ...] = ()
         self._examination = ""
+        self._telling = threading.Lock()  # an older view is never told after a newer one
         self._runner = Runner(knobs, *length, self._publish, self._publish_examination)
         self._studies = Studies(knobs, self._publish_study, kept)
         self._widgets: list[Widget] = []
@@ -393,8 +394,10 @@ class Page:
 
     # From the thread of the runs
 
-    def _publish(self, view: View) -> None:
-        self._tell(RESULT, self._told(view))
+    def _publish(self, view: View | None = None) -> None:
+        """A view for all browsers; None: the newest one, for a browser that asks while the next run may end."""
+        with self._telling:
+            self._tell(RESULT, self._told(view or self._runner.latest))
 
     def _tell(self, kind: str, text: str) -> None:
         self._server.tell(kind, text)
@@ -427,7 +430,7 @@ class Page:
         elif kind == "want":
             names = require(message.get("signals"), list, "the list `signals`")
             self._wanted = tuple(dict.fromkeys(str(name)[:200] for name in names[-MOST_WANTED:]))
-            self._publish(self._runner.latest)
+            self._publish()
         elif kind == "go":
             self._runner.go_on(require(message.get("on"), bool, "`on`"))
         elif kind == "study":
