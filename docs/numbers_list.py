@@ -267,7 +267,12 @@ engine.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is
 engine.dormand_prince.method.LARGEST_GROWTH | 1 | a step | most that a step of Dormand and Prince grows at once
 engine.dormand_prince.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
 engine.dormand_prince.method.FAILED_GROWTH | 1 | a step | next trial after one whose stages could not be computed
-engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince
+engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince without clearance
+engine.dormand_prince.method.LEAST_STEPS_CONTACTS | steps | a period or a run | the same with clearance
+engine.dormand_prince.method.IMPACT_STEPS | steps | an impact | fewest steps of an impact
+engine.dormand_prince.step.WILD_ERROR | 1 | accepted error | error of a trial that tells nothing of events
+engine.dormand_prince.step.CREST_SHARE | 1 | largest force so far | force in a step at whose place all signals are evaluated
+engine.dormand_prince.step.CREST_LOOKS | thirds | a step | by which the place of the largest force is enclosed
 engine.dormand_prince.step.PROJECTIONS | iterations | nothing | most projections of a state
 engine.dormand_prince.step.OLD_FACTORS_RATE | 1 | the shift before | shift that asks the next projection for factors
 engine.dormand_prince.complement.OTHER_POSE | 1 | size of the mechanism | distance of a pose in which the masses must be the same

@@ -107,7 +107,7 @@ def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
     flight, loose = (FLIGHT_WEIGHT, 2.0) if rigid_coordinates(run.program).all() else (1.0, 4.0)
     part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
     way = length if clearance is None else min(length, 1e2 * clearance)
-    bounds = (rtol, 1e-2 / steps * way / largest, run.step.steps_of_an_impact, flight)
+    bounds = (rtol, 1e-2 / steps * way / largest, run.method.impact_steps(run.step), flight)
     return largest, run.step.min or min(1e-9 * largest, least_step(run.t_end)), run.step.atol or rtol * part, bounds
 
 

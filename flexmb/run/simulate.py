@@ -75,9 +75,9 @@ def simulate(
         list or array: increasing times [s], which are saved and no others; "steps": every accepted step.  Instants
         within steps are interpolated, so the steps do not depend on them.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
-    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `DormandPrince()` for
-        smooth motion without contacts, the fastest for rigid bodies; `RadauIIA()` for smooth and stiff motion to many
-        digits; `RungeKutta4()`, which needs `FixedStep`.
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `DormandPrince()` for motion that is
+        smooth but for impacts, the fastest for rigid bodies; `RadauIIA()` for smooth and stiff motion to many digits;
+        `RungeKutta4()`, which needs `FixedStep`.
     start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
         "equilibrium" for the same, if stable, or one with `spin`, which turns; None: the reference configuration.
     restart : `restart` of a solution of the same model; with the same step and method the run goes on bit for bit.

@@ -315,19 +315,6 @@ def test_a_step_that_is_far_too_long_says_so():
 # What is refused
 
 
-@pytest.mark.parametrize(
-    ("mech", "name"),
-    [
-        (fm.mechanisms.slider_crank(clearance=1e-4), "'B' is a contact"),
-        (fm.mechanisms.nine_bar(clearance=1e-4), "'P1' is a contact"),
-    ],
-    ids=["slider-crank", "nine-bar"],
-)
-def test_contacts_are_refused_by_name(mech, name):
-    with pytest.raises(InputError, match=rf"DormandPrince is for smooth motion, but {name}.*Newmark"):
-        fm.simulate(mech, t_end=1e-3, method=METHOD)
-
-
 def test_laws_with_a_history_are_refused_by_name():
     law = fm.friction.LuGre(static=0.12, kinetic=0.1)
     block = fm.RigidBody("block", at=(0.0, 0.0), mass=1.0, inertia=0.1, velocity=(1.0, 0.0, 0.0))

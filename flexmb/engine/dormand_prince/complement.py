@@ -287,7 +287,7 @@ def add_pins(S, G, k):
 def accelerate_by_complement(tables, trial, work, S):
     """Set trial.a and trial.lam by the factors of S and an evaluation at a = 0; whether they are finite."""
     C, inverse, a, total = tables.constraints, S.flexibility, trial.a, 0.0
-    for i in range(tables.sizes.n_q):
+    for i in range(inverse.shape[0]):  # with the ground, which forces without bounds leave at nan
         a[i] = -inverse[i] * work.r[i]
     for c in range(C.kernel.shape[0]):
         n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]

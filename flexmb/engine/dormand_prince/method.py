@@ -1,4 +1,4 @@
-"""Method of Dormand and Prince of order 8 with error control, for smooth motion."""
+"""Method of Dormand and Prince of order 8 with error control, for motion that is smooth between contact events."""
 
 from __future__ import annotations
 
@@ -13,25 +13,28 @@ from flexmb.engine.dormand_prince import step as stages
 from flexmb.engine.dormand_prince.step import Stages
 from flexmb.engine.newmark import error_control
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
-from flexmb.engine.radau.step import complete_ledger, update_ledger
+from flexmb.engine.radau.step import accept_works, complete_ledger
 from flexmb.engine.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
 from flexmb.engine.step import acceptance
+from flexmb.engine.step.contact_events import update_impacts
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import BEGIN, END, Program
+from flexmb.program.program import BEGIN, END, FRICTION_Z, Program
 
 if TYPE_CHECKING:
+    from flexmb.engine.step.step_size import Adaptive
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
 # Next step over the present one at most and at least.
 LARGEST_GROWTH, LEAST_GROWTH = 6.0, 1.0 / 3.0
 FAILED_GROWTH = 0.25  # next trial over one whose stages could not be computed
-LEAST_STEPS = 50.0  # number of largest steps in a period or a run
+# Number of largest steps in a period or a run, without contacts and with contacts; of steps of an impact at least.
+LEAST_STEPS, LEAST_STEPS_CONTACTS, IMPACT_STEPS = 50.0, 100.0, 6.0
 
 
 @compiled
@@ -55,8 +58,6 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             if code != RUNNING:
                 error = -1.0
                 error_control.shorten_step(h, FAILED_GROWTH, flow, record)
-            past = code == RUNNING and error_control.misses_jump(tables, address, h, options, flow, trial, work, record)
-            error = -1.0 if past else error
             growth = error_control.growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
             growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
@@ -66,11 +67,13 @@ def advance_dormand_prince(tables, address, lu, options, flow, trial, work, reco
             continue
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        jumps = options.adaptive and error_control.crosses_jump(tables, address, h, options, flow, trial, work, record)
+        restarts = False
         if options.adaptive:
+            restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            restarts = restarts or error_control.crosses_jump(tables, address, h, options, flow, trial, work, record)
             error_control.update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
-        flow.clock.last_step = 0.0 if jumps else h
+        flow.clock.last_step = 0.0 if restarts else h
         if code != RUNNING:
             return code
     return RUNNING
@@ -94,10 +97,11 @@ def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
     stages.add_works(tables, address, h, flow, trial, work, record, D)
-    turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
-    update_ledger(tables, address, flow.clock.t + h, turned, flow, trial, work, D)
-    acceptance.adopt_trial(h, flow, trial, work, record)
-    acceptance.report_step(tables, address, True, flow, work, record)
+    stages.find_crests(tables, address, h, flow, trial, work, record, D)
+    accept_works(tables, address, h, options, flow, trial, work, record, D)
+    for s in D.crests:
+        if s > 0.0 and find_signals(tables, address, lu, s, options, flow, trial, work, record, D) == RUNNING:
+            acceptance.update_peaks(D.span.start + s * h, D.signals, record)
     return acceptance.ending(save_between(tables, address, lu, options, flow, trial, work, record, D), flow, record)
 
 
@@ -106,30 +110,37 @@ def save_between(tables, address, lu, options, flow, trial, work, record, D):
     """Save the end of the last step, or the instants of the save grid within it; a code."""
     # BUFFER_FULL: the buffer must be emptied, and `save_between` called again before the next step. Other codes but
     # RUNNING: the state at an instant cannot be computed.
-    s = acceptance.save_ends(options, flow, record)
-    while s < 1.0:
-        code = RUNNING
-        if D.span.dense == 0:
-            code = stages.find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+    s, code = acceptance.save_ends(options, flow, record), RUNNING
+    while s < 1.0 and code == RUNNING:
+        code = find_signals(tables, address, lu, s, options, flow, trial, work, record, D)
         if code == RUNNING:
-            code = stages.find_between(tables, address, lu, s, options, flow, trial, work, record, D)
-        if code != RUNNING:
-            return code
-        # All signals at fraction s of the last step.
-        h, ledger = D.span.size, D.between.ledger
-        t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
-        evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
-        report_forces(tables, lam, work)
-        complete_ledger(flow, work, ledger)
-        write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, D.signals)
-        acceptance.update_peaks(acceptance.next_due(options, flow, record), D.signals, record)
-        s = acceptance.save_within(D.signals, options, flow, record)
-    return acceptance.buffer_code(record)
+            acceptance.update_peaks(acceptance.next_due(options, flow, record), D.signals, record)
+            s = acceptance.save_within(D.signals, options, flow, record)
+    return acceptance.buffer_code(record) if code == RUNNING else code
+
+
+@compiled
+def find_signals(tables, address, lu, s, options, flow, trial, work, record, D):
+    """Set D.signals to all signals at fraction s of the last step; a code."""
+    h, ledger, code = D.span.size, D.between.ledger, RUNNING
+    copy(flow.z, D.between.z)
+    copy(D.old.z, flow.z)  # histories of contacts are those at the start of the step
+    if D.span.dense == 0:
+        code = stages.find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+    if code == RUNNING:
+        code = stages.find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
+    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
+    copy(D.between.z, flow.z)
+    report_forces(tables, lam, work)
+    complete_ledger(flow, work, ledger)
+    write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, D.signals)
+    return code
 
 
 @dataclass(frozen=True)
 class DormandPrince(Method):
-    """Explicit method of Dormand and Prince of order 8(5,3), for smooth motion of mechanisms without contacts.
+    """Explicit method of Dormand and Prince of order 8(5,3), for motion that is smooth but for impacts.
 
     Twelve stages compute accelerations from the equations of motion and the joints in accelerations,
 
@@ -140,16 +151,19 @@ class DormandPrince(Method):
     accelerations of the equations of motion there; stop conditions are located as by all methods.  Works of drives,
     dampers and loads are integrated with the stages.
 
-    It is the fastest method for rigid mechanisms with ideal joints, drives, springs and smooth loads.  Beams are
-    stable, too, but their fastest wave bounds the step (6 over its angular frequency), which the error control finds:
-    use `Newmark` for them, and `RadauIIA` for stiff springs.
+    It is the fastest method for rigid mechanisms with ideal joints, drives, springs and smooth loads, and at equal
+    accuracy with impacts, which take six steps or more: steps end at onset and separation, and peaks of normal forces
+    are found between them.  Beams are stable, too, but their fastest wave bounds the step (6 over its angular
+    frequency), which the error control finds: use `Newmark` for them and where contacts or friction are stiff (strong
+    dampers, sticking), and `RadauIIA` for stiff springs.
 
     Raises
     ------
-    InputError : contacts (joints with clearance, stops, cables); laws with a history (bristles, clutches).
+    InputError : laws with a history (friction with bristles, clutches).
 
     Notes
     -----
+    Signals other than normal forces have their peaks at steps, saved instants and crests of large normal forces.
     Redundant joints and singular positions are held as by `RungeKutta4`.  `energy.dissipated_algorithm` is 0; what the
     method takes shows in `energy.residual`.
 
@@ -167,19 +181,21 @@ class DormandPrince(Method):
     estimates_error: ClassVar[bool] = True
     loops: ClassVar[tuple[Any, ...]] = (advance_dormand_prince,)
 
-    def fewest_steps(self, *, contacts: bool) -> float:  # noqa: ARG002 - without contacts
-        """Steps in a period or a run that error control takes at least."""
-        return LEAST_STEPS
+    def fewest_steps(self, *, contacts: bool) -> float:
+        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
+        return LEAST_STEPS_CONTACTS if contacts else LEAST_STEPS
+
+    def impact_steps(self, step: Adaptive) -> float:
+        """Least number of steps of an impact, that of `step` if it is given."""
+        return float(step.impact_steps or IMPACT_STEPS)
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
         label = f"simulate {program.name!r}: DormandPrince is for smooth motion, but"
-        if program.names.contacts:
-            text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
-            raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
-        E, C = program.tables.elements, program.tables.constraints
-        joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
-        for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
+        E, C, names = program.tables.elements, program.tables.constraints, program.names
+        laws = [(names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
+        laws += zip(names.contacts, program.tables.contacts.z[:, FRICTION_Z:], strict=True)
+        for name, z in (*zip(names.elements, E.z, strict=True), *laws):
             if z[END] > z[BEGIN]:
                 text = f"{name!r} has a law with a history, which is integrated with its own low order"
                 raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")

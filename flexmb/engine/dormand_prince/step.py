@@ -9,30 +9,49 @@ II.5 (method), II.6 (dense output of order 7) and II.10 (error estimate); the nu
 """
 
 import math
+from functools import partial
 
 import numpy as np
 
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.dormand_prince import complement as masses
 from flexmb.engine.dormand_prince import tree as trees
-from flexmb.engine.newmark.error_control import find_speeds, largest_error
+from flexmb.engine.energy import gap_within
+from flexmb.engine.newmark.error_control import find_speeds, in_free_flight, largest_error, meets_events
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import StateVectors, Works, state_vectors
-from flexmb.engine.radau.step import LARGE_SHIFT, add_powers, close_joints, has_work, is_closed, keep_state
+from flexmb.engine.radau.step import (
+    LARGE_SHIFT,
+    add_known_powers,
+    add_powers,
+    close_joints,
+    has_work,
+    is_closed,
+    keep_state,
+)
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
+from flexmb.engine.step.contact_events import PEAK_DEPTH, PEAK_FORCE
 from flexmb.engine.step.runge_kutta import accelerate, project_state
+from flexmb.engine.system.contacts import add_contacts, call_normal
 from flexmb.engine.system.elements import add_elements
 from flexmb.engine.system.evaluate import evaluate
-from flexmb.engine.system.work import new_from_template
+from flexmb.engine.system.outputs import NORMAL_SIGNAL
+from flexmb.engine.system.work import DRIVE_FORCE, new_from_template
 from flexmb.kernels import compiled, copy
 from flexmb.late import scipy
-from flexmb.program.program import Program
+from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
+from flexmb.program.program import COMMON_Z, LAST_FORCE, Program
 
 PROJECTIONS = 6  # number of projections of a state at most
 OLD_FACTORS_RATE = 1e-2  # shift over the one before, above which the next projection has factors of its own
 # Weight of the square of the error estimate of order 3 beside that of order 5 (Hairer, II.10).
 THIRD_ORDER_SHARE = 0.01
 FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that has a weight
+# Largest force of a contact in a step over the largest so far, from which all signals are evaluated there: joint forces
+# may have their peaks with it.
+CREST_SHARE = 0.5
+CREST_LOOKS = 12  # number of thirds by which the place of a largest force is enclosed
+WILD_ERROR = 100.0  # error over the accepted one, above which the end of a trial tells nothing of events
 # Number of stages of a step, and with the end of the step and the three stages of the dense output.
 STEP_STAGES, ALL_STAGES = 12, 16
 # Numbers of the stages that are the start and the end of the step.
@@ -55,6 +74,7 @@ class Stages(Record):
     """Stages of a step, and its workspace."""
 
     span: Span
+    plain: int  # 1 where evaluations for accelerations tell all powers: elements are masses, and no joint has friction
     complement: masses.Complement
     tree: trees.Tree
     works: Works
@@ -77,7 +97,8 @@ class Stages(Record):
     x: Vector  # x, y: (n_q + n_c,), pair : (2 (n_q + n_c),)
     y: Vector
     pair: Vector
-    losses: Matrix  # (0, 2) none, since there are no contacts
+    losses: Matrix  # (contacts, 2) losses of a step, see `LOSS_NORMAL`
+    crests: Vector  # (contacts,) fractions of the last step at which normal forces have new peaks, 0: none
     zero: Vector  # (n_q + 3,)
     signals: Vector  # (n_y,) at an instant within
 
@@ -86,21 +107,24 @@ def new_stages(program: Program) -> Stages:
     """Work arrays for a compiled mechanism."""
     own = masses.complement(program)
     own_tree = trees.tree(program, own)
-    return new_from_template(program, "stages", lambda: _stages(program, own, own_tree), complement=own, tree=own_tree)
+    plain = int(own.usable == 1 and (program.tables.elements.mass > 0).all())
+    make = partial(_stages, program, own, own_tree, plain)
+    return new_from_template(program, ("stages", plain), make, complement=own, tree=own_tree)
 
 
-def _stages(program: Program, complement: masses.Complement, tree: trees.Tree) -> Stages:
+def _stages(program: Program, complement: masses.Complement, tree: trees.Tree, plain: int) -> Stages:
     n, m, method = program.n_q + 3, program.n_c, scipy.integrate.DOP853
     A = np.zeros((ALL_STAGES, ALL_STAGES))
     A[:END, :END], A[END, :END], A[END + 1 :] = method.A, method.B, method.A_EXTRA
     return Stages(
-        span=Span.zeros(), complement=complement, tree=tree, works=Works.zeros(), old=state_vectors(program),
-        between=state_vectors(program), tableau=A, instants=np.minimum(A.sum(axis=1), 1.0),
+        span=Span.zeros(), plain=plain, complement=complement, tree=tree, works=Works.zeros(),
+        old=state_vectors(program), between=state_vectors(program), tableau=A, instants=np.minimum(A.sum(axis=1), 1.0),
         errors=np.array([method.E5[:STEP_STAGES], method.E3[:STEP_STAGES]]), weights=method.D.copy(),
         **dict.fromkeys(("Q", "V", "A"), (ALL_STAGES, n)), L=(ALL_STAGES, m), rates=(ALL_STAGES, LEDGER),
         **dict.fromkeys(("of_q", "of_v"), (DENSE, n)), of_ledger=(DENSE, LEDGER),
         **dict.fromkeys(("error_q", "error_v", "zero"), n), **dict.fromkeys(("x", "y"), program.n_q + m),
-        pair=2 * (program.n_q + m), losses=(0, 2), signals=program.tables.sizes.n_y,
+        pair=2 * (program.n_q + m), losses=(len(program.tables.contacts.kernel), 2),
+        crests=len(program.tables.contacts.kernel), signals=program.tables.sizes.n_y,
     )  # fmt: skip
 
 
@@ -111,6 +135,7 @@ def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial
         work.r[:] = 0.0
         q, v, still = trial.q, trial.v, D.zero
         add_elements(tables, address, t, fraction * h, q, v, still, flow.z, 0.0, 0.0, 0.0, False, work)
+        add_contacts(tables, address, t, fraction * h, q, v, flow.z, 0.0, 0.0, False, work)
         record.count.evaluations += 1
         record.count.held_code = 0
         return RUNNING if trees.accelerate_by_tree(tables, trial, work, D.tree) else NOT_FINITE
@@ -190,13 +215,18 @@ def find_stages(tables, address, lu, first, end, options, flow, trial, work, rec
         copy(trial.v, D.V[stage])
         copy(trial.a, D.A[stage])
         copy(trial.lam, D.L[stage])
+        if D.plain == 1 and D.tableau[END, stage] != 0.0:
+            weight = h * D.tableau[END, stage]
+            for k in range(trial.lam.shape[0]):
+                work.drive[k, DRIVE_FORCE] = -trial.lam[k]
+            add_known_powers(tables, weight, weight, trial.v, work, D, D.rates[stage])
     return RUNNING
 
 
 @compiled
 def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
-    """Try a step of size h; a code, and its error over the accepted one, which is finite if all stages are."""
-    # A step of too large an error is not projected.
+    """Try a step of size h; a code, and its error over the accepted one, finite if all stages are; -1: missed."""
+    # A step of too large an error, or past a contact event, is not projected.
     # The start of the step is its first stage.
     D.span.start, D.span.size, D.span.dense = flow.clock.t, h, 0
     keep_state(flow, D.old)
@@ -205,6 +235,9 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
     copy(flow.a, D.A[START])
     copy(flow.lam, D.L[START])
     copy(flow.lam, trial.lam)
+    W = D.works
+    W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
+    D.losses[:, :] = D.rates[:, :] = 0.0
     code = find_stages(tables, address, lu, 1, STEP_STAGES, options, flow, trial, work, record, D)
     if code != RUNNING:
         return code, math.inf
@@ -218,6 +251,11 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
         third = error_size(tables, D.errors[THIRD], h, options, flow, trial, D)
         whole = math.sqrt(fifth * fifth + THIRD_ORDER_SHARE * third * third)
         error = math.inf if not math.isfinite(whole) else (fifth * fifth / whole if whole > 0.0 else 0.0)
+        Q, V, C = D.Q[:END], D.V[:END], D.instants
+        if error <= WILD_ERROR and not meets_events(
+            tables, address, RUNNING, h, Q, V, C, options, flow, trial, work, record
+        ):
+            return RUNNING, -1.0
     if not error <= 1.0:
         return (RUNNING if error < math.inf else NOT_FINITE), error
     t = flow.clock.t + h
@@ -234,7 +272,8 @@ def error_size(tables, weights, h, options, flow, trial, D):
     n, x, y, total = tables.sizes.n_q, D.error_q, D.error_v, 0.0
     sum_stages(n, weights, h, D, x, y)
     rtol, a = trial.control.rtol, D.A[STEP_STAGES - 1]
-    worst = largest_error(tables, 1.0 / options.error, rtol, x, y, a, True, options, flow, trial)
+    of_q = (trial.control.flight_weight if in_free_flight(tables, flow) else 1.0) / options.error
+    worst = largest_error(tables, of_q, rtol, x, y, a, True, options, flow, trial)
     for i in range(n):
         total += x[i] + y[i]
     return worst if math.isfinite(total) else math.inf
@@ -242,13 +281,11 @@ def error_size(tables, weights, h, options, flow, trial, D):
 
 @compiled
 def add_works(tables, address, h, flow, trial, work, record, D):
-    """Fill D.works and the rates of the ledger at the stages; the last evaluation is that of the trial state."""
-    W, t, rates = D.works, flow.clock.t, D.rates
-    W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
-    rates[:, :] = 0.0
+    """Complete D.works and the rates of the ledger at the stages; the last evaluation is that of the trial state."""
+    t, rates = flow.clock.t, D.rates
     if has_work(tables, flow):
         for stage in range(STEP_STAGES):
-            if stage == START or stage >= FIRST_WEIGHTED:
+            if stage == START or (stage >= FIRST_WEIGHTED and D.plain == 0):
                 add_stage(tables, address, stage, h * D.tableau[END, stage], flow, work, D)
                 record.count.evaluations += 1
     q, v, a, lam = trial.q, trial.v, trial.a, trial.lam
@@ -262,6 +299,37 @@ def add_stage(tables, address, stage, weight, flow, work, D):
     elapsed, q, v, a, lam = D.instants[stage] * D.span.size, D.Q[stage], D.V[stage], D.A[stage], D.L[stage]
     t = D.span.start + elapsed
     add_powers(tables, address, t, elapsed, weight, weight, q, v, a, lam, flow, work, D, D.rates[stage])
+
+
+@compiled
+def find_crests(tables, address, h, flow, trial, work, record, D):
+    """Fill D.crests; peaks of contact intervals.  The last evaluation is that of the trial state."""
+    # Steps are long beside an impact. The cubic path between both states tells where the force is largest.
+    K, gap = tables.contacts, work.gap
+    for c in range(K.kernel.shape[0]):
+        D.crests[c], low, high = 0.0, 0.0, 1.0
+        begin, end = flow.z[K.z[c, COMMON_Z] + LAST_FORCE], work.contact[c, NORMAL_FORCE]
+        if begin + end == 0.0:
+            continue
+        if not 4.0 * force_within(tables, address, c, 0.5, h, flow, trial, work) > begin + end + 2.0 * max(begin, end):
+            continue  # the parabola rises or falls all over the step
+        for _ in range(CREST_LOOKS):
+            s, t = low + (high - low) / 3.0, high - (high - low) / 3.0
+            later = force_within(tables, address, c, t, h, flow, trial, work)
+            low, high = (s, high) if force_within(tables, address, c, s, h, flow, trial, work) < later else (low, t)
+        s = 0.5 * (low + high)
+        N = force_within(tables, address, c, s, h, flow, trial, work)
+        flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
+        flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], -gap[GAP])
+        D.crests[c] = s if CREST_SHARE * record.peak[K.out[c] + NORMAL_SIGNAL] < N else 0.0
+
+
+@compiled
+def force_within(tables, address, c, s, h, flow, trial, work):
+    """Normal force of contact c at fraction s of the cubic path from the state to the trial state [N]."""
+    gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work)
+    N, _, _ = call_normal(tables, address, c, s * h, work.gap[GAP], work.gap[GAP_RATE], flow.z, work.z_between)
+    return N
 
 
 @compiled

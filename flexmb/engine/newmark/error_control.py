@@ -5,6 +5,7 @@ import math
 from flexmb.engine.newmark.jacobian_reuse import discard_factors
 from flexmb.engine.state.record import RUNNING
 from flexmb.engine.step.contact_events import IMPACT_STEP, step_to_events
+from flexmb.engine.system.contacts import find_gap
 from flexmb.engine.system.elements import evaluate_controls
 from flexmb.kernels import compiled, copy
 from flexmb.program import program as at
@@ -173,6 +174,23 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
 
 
 @compiled
+def meets_events(tables, address, code, h, Q, V, C, options, flow, trial, work, record):
+    """Whether a trial with stages Q, V at fractions C of the step meets all events."""
+    # A stage in a contact that is open at both ends has felt its force, although the onset was not located.
+    K = tables.contacts
+    for c in range(K.kernel.shape[0] if code == RUNNING else 0):
+        if flow.z[K.z[c, COMMON_Z]] != 0.0 or flow.clock.rejected_trials >= CONTACT_TRIALS:
+            continue
+        gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
+        for stage in range(1, Q.shape[0] if gap > 0.0 else 0):
+            gap, _ = find_gap(tables, address, c, Q[stage], V[stage], work)
+            if gap <= 0.0:
+                flow.clock.retry_step, record.count.rejecting_contact = 0.5 * C[stage] * h, 0
+                return False
+    return meets_contacts(tables, address, code, h, options, flow, trial, work, record)
+
+
+@compiled
 def step_to_jump(tables, address, h, options, flow, trial, work, record):
     """Step to just before a jump of a control law in the trial, or from there to just behind it [s]; h: none is due."""
     # The estimate of the error takes accelerations as smooth. Half of the jump acts all over a step that crosses it.
@@ -208,16 +226,6 @@ def looks_for_jumps(tables, flow):
     # A law that slides along its jump has ever new jumps, which short steps would cross one after the other.
     slides = flow.clock.jumps > MOST_JUMPS and flow.clock.t < flow.clock.jump + SLIDING_TIME * flow.clock.step_size
     return tables.controls.kernel.shape[0] > 0 and flow.clock.last_step != 0.0 and not slides
-
-
-@compiled
-def misses_jump(tables, address, h, options, flow, trial, work, record):
-    """Whether a trial of a method without contacts is too long beside a jump of a control law; sets the next trial."""
-    wanted = h
-    if flow.clock.rejected_trials < CONTACT_TRIALS:
-        wanted = step_to_jump(tables, address, h, options, flow, trial, work, record)
-    flow.clock.retry_step = wanted if wanted < h else 0.0
-    return wanted < h
 
 
 @compiled

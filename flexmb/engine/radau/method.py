@@ -9,24 +9,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb.engine.compiled.records import fitting
-from flexmb.engine.energy import contact_losses
 from flexmb.engine.newmark import error_control
-from flexmb.engine.newmark.error_control import CONTACT_TRIALS
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, remove_along, update_held_multipliers
 from flexmb.engine.newmark.predictor import restart_predictor
 from flexmb.engine.radau import step as stages
 from flexmb.engine.radau.collocation import AT_END, AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.engine.state.record import DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
 from flexmb.engine.step import acceptance
-from flexmb.engine.step.contact_events import note_passed_contacts, update_episodes, update_impacts
+from flexmb.engine.step.contact_events import update_impacts
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.constraints import report_forces
-from flexmb.engine.system.contacts import find_gap
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
-from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import COMMON_Z, Program
+from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -56,11 +52,8 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
         record.count.evaluated = NOT_EVALUATED
         growth, restarts = 1.0, False
         if options.adaptive:
-            error = -1.0
-            fraction = contact_within_step(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
-            if fraction > 0.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
-                flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
-            elif error_control.meets_contacts(tables, address, code, h, options, flow, trial, work, record):
+            error, Q, V = -1.0, R.Q[:LAST], R.V[:LAST]
+            if error_control.meets_events(tables, address, code, h, Q, V, C, options, flow, trial, work, record):
                 error = stages.radau_error(tables, address, lu, h, options, flow, trial, work, record, R)
             growth = error_control.growth_factor(error, -0.25, LEAST_GROWTH, LARGEST_GROWTH)
             growth = error_control.accept_or_reject(h, error, growth, options, flow, trial, record)
@@ -84,24 +77,6 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Co
 
 
 @compiled
-def contact_within_step(tables, address, flow, trial, work, R):
-    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage."""
-    # The contact force has then reversed or slowed the motion, although the onset was not located.
-    K = tables.contacts
-    for c in range(K.kernel.shape[0]):
-        if flow.z[K.z[c, COMMON_Z]] != 0.0:
-            continue
-        gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
-        if gap <= 0.0:
-            continue
-        for stage in range(LAST):
-            gap, _ = find_gap(tables, address, c, R.Q[stage], R.V[stage], work)
-            if gap <= 0.0:
-                return C[stage]
-    return 0.0
-
-
-@compiled
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
     # The start of the step, and the stages for the prediction of the next step.
@@ -113,18 +88,7 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         copy(R.A[stage], R.past[stage + 1])
         copy(R.L[stage], R.past_lam[stage + 1])
     stages.add_works(tables, address, lu, h, options, flow, trial, work, record, R)
-    contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
-    turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
-    for c in range(R.losses.shape[0]):
-        normal, friction = R.losses[c, LOSS_NORMAL], R.losses[c, LOSS_FRICTION]
-        work.loss[c, LOSS_NORMAL], work.loss[c, LOSS_FRICTION] = normal, friction
-        turned += abs(normal) + abs(friction)
-    update_episodes(tables, h, options, flow, work, record)
-    stages.update_ledger(tables, address, flow.clock.t + h, turned, flow, trial, work, R)
-    if not options.adaptive:
-        note_passed_contacts(tables, address, h, options, flow, trial, work, record)
-    acceptance.adopt_trial(h, flow, trial, work, record)
-    acceptance.report_step(tables, address, True, flow, work, record)
+    stages.accept_works(tables, address, h, options, flow, trial, work, record, R)
     return acceptance.ending(save_between(tables, address, lu, options, flow, trial, work, record, R), flow, record)
 
 

@@ -8,7 +8,7 @@ import math
 
 import flexmb.engine.energy as entries
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.energy import count_step, update_balance, update_residual
+from flexmb.engine.energy import contact_losses, count_step, update_balance, update_residual
 from flexmb.engine.linalg.lu import factor_complex, multiply, solve, solve_complex, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, largest_error, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, LEAST_CORRECTION, ROUND_OFF, STATE_ROUND_OFF
@@ -16,6 +16,8 @@ from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initi
 from flexmb.engine.radau import collocation as radau
 from flexmb.engine.radau.collocation import LAST, MIDDLE, STAGES, C
 from flexmb.engine.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
+from flexmb.engine.step.acceptance import adopt_trial, report_step
+from flexmb.engine.step.contact_events import note_passed_contacts, update_episodes
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system import work as columns
 from flexmb.engine.system.constraints import call_joint_friction, call_joint_load, report_forces
@@ -509,9 +511,15 @@ def leave_out_acceleration(n, s, h, end, old, q, v, a, trial):
 def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, work, R, rates):
     """Add the powers of a state at time t to `rates` [W], and, times weights [s], to the works."""
     # forces : weight of dampers, contacts and loads [s];  joints : weight of drives and friction in joints [s]
-    W = R.works
     evaluate_accepted(tables, address, t, elapsed, q, v, a, lam, flow.z, R.zero, R.zero, work)
     report_forces(tables, lam, work)
+    add_known_powers(tables, forces, joints, v, work, R, rates)
+
+
+@compiled
+def add_known_powers(tables, forces, joints, v, work, R, rates):
+    """`add_powers` of the state of the last evaluation."""
+    W = R.works
     W.damping += forces * work.power.damping
     rates[entries.DAMPING] += work.power.damping
     for row in range(work.drive.shape[0]):
@@ -557,6 +565,23 @@ def has_work(tables, flow):
         if E.energy[e] < 0 or E.factor[e] >= 0:
             return True
     return False
+
+
+@compiled
+def accept_works(tables, address, h, options, flow, trial, work, record, R):
+    """Make the trial state the accepted one: `acceptance.accept`, with the works and losses of R."""
+    contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
+    turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
+    for c in range(R.losses.shape[0]):
+        normal, friction = R.losses[c, columns.LOSS_NORMAL], R.losses[c, columns.LOSS_FRICTION]
+        work.loss[c, columns.LOSS_NORMAL], work.loss[c, columns.LOSS_FRICTION] = normal, friction
+        turned += abs(normal) + abs(friction)
+    update_episodes(tables, h, options, flow, work, record)
+    update_ledger(tables, address, flow.clock.t + h, turned, flow, trial, work, R)
+    if not options.adaptive:
+        note_passed_contacts(tables, address, h, options, flow, trial, work, record)
+    adopt_trial(h, flow, trial, work, record)
+    report_step(tables, address, True, flow, work, record)
 
 
 @compiled

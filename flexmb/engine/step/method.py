@@ -56,6 +56,10 @@ class Method(Input):
         """Least number of steps in a period or a run under error control, with `contacts` or without."""
         return LARGEST_STEPS if contacts else SMOOTH_STEPS
 
+    def impact_steps(self, step: Adaptive) -> float:
+        """Least number of steps from onset to end of an impact; `step`: the error control of the run."""
+        return step.steps_of_an_impact
+
     def check(self, label: str, step: FixedStep | Adaptive, redundant: str) -> None:
         """Refuse steps and constraints that the method does not support.
 

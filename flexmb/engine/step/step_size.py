@@ -47,7 +47,7 @@ class Adaptive(Input):
     - max: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.  In any case steps are at
       most 1/20 of a cycle of a drive or load.
     - min: 16 units of round-off of the time.
-    - impact_steps: 32 for the default rtol, proportional to rtol^(-1/3).
+    - impact_steps: 32 for the default rtol, proportional to rtol^(-1/3); 6 with `DormandPrince`.
 
     Raises
     ------
