@@ -25,3 +25,7 @@ SLIDING, LOAD_BY_Q = range(4, 16, 6)
 def packed(numbers: Mapping[int, float]) -> tuple[float, ...]:
     """Numbers by their places 0, 1, 2, ... in order: the p of a kernel that reads them by the same names."""
     return tuple(numbers[place] for place in range(len(numbers)))
+
+
+# Formulas of constraints that the loops know: two points coincide; a difference of angles; a slider in its guide.
+PIN, ANGLE, GUIDE = 1, 2, 3

@@ -212,7 +212,7 @@ class ConstraintContribution:
     reactions: tuple[Reaction, ...] = field("reported forces in place of those on a second body", default=())
     columns: tuple[tuple[int, ...], ...] | None = field("places of coordinates of each row; None: all", default=None)
     curved: tuple[tuple[int, int], ...] | None = field("rows and columns of the entries of H; None: all", default=None)
-    is_pin: bool = field("whether two points p = (s1, s2) of two nodes coincide, which the loops know", default=False)
+    known: int = field("PIN, ANGLE or GUIDE of places.py: formulas that the loops know; 0: other ones", default=0)
 
     def __post_init__(self) -> None:
         if self.second is not None or self.reactions or self.is_drive or self.joint_friction:

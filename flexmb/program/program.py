@@ -71,8 +71,8 @@ class Constraints(Record):
     """Constraints: kernels, motions of their rows (-1: none), where numbers, rows, dofs and positions are, signals."""
 
     kernel: Integers  # (n,)
-    pin: Integers  # (n,) 1: two points coincide, without friction and motions, else 0
-    turns: Places  # angles of the nodes of these
+    known: Integers  # (n,) PIN (without friction and motions), ANGLE, GUIDE; 0: others
+    turns: Places  # angles of the nodes of pins
     motion: Integers  # (n_c,) of each row
     p: IntegerTable  # (n, 2)
     motion_p: IntegerTable  # (n_c, 2)

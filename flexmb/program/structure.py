@@ -29,6 +29,7 @@ from flexmb.model import contributions as model
 from flexmb.model.contributions import ConstraintContribution, Contributions, ElementContribution, Reaction
 from flexmb.model.law import Law, Motion
 from flexmb.model.part import is_kind
+from flexmb.places import PIN
 from flexmb.program import program as at
 from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, force_signals, layout, state_coordinates
 from flexmb.program.program import Constraints, Contacts, Controls, Elements, Measured, Names, Sizes, Tables, freeze
@@ -232,7 +233,7 @@ class Packer:
     def elements(self) -> Elements:
         """Arrays of the elements."""
         found, factors = self.contributions.elements, self.factors()
-        # What is never called is not compiled.  Kernels of users are, whatever `is_mass` or `is_pin` they inherit.
+        # What is never called is not compiled.  Kernels of users are, whatever `is_mass` or `known` they inherit.
         element = self.numbered("element", [None if e.is_complete else e.kernel for e in found])
         energy = self.numbered("energy", [e.energy for e in found])
         own = [e.is_mass and not e.factor and all(k and ours(k.function) for k in (e.kernel, e.energy)) for e in found]
@@ -268,15 +269,17 @@ class Packer:
     def constraints(self) -> Constraints:
         """Arrays of the constraints."""
         found, dofs = self.contributions.constraints, self.constraint_dofs
-        pin = ints([c.is_pin and not c.motions and ours(c.kernel.function) for c in found])
-        pin *= np.diff(self.h_blocks.ptr) == 2  # entries of H by the angles alone; friction fills the block
+        # The loops know pins without motions, whose entries of H are those of the angles; friction fills the block.
+        plain = [not c.motions and k == 2 for c, k in zip(found, np.diff(self.h_blocks.ptr), strict=True)]
+        own = zip(found, plain, strict=True)
+        known = ints([c.known if ours(c.kernel.function) and (c.known != PIN or pin) else 0 for c, pin in own])
         motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
         rubbing = [contribution.joint_friction for contribution in found]
         load = self.numbered("joint_friction", [one.kernel if one else None for one in rubbing])
         law = self.numbered("friction", [one.friction.kernel if one else None for one in rubbing])
         return Constraints(
             self.numbered("constraint", [contribution.kernel for contribution in found]),
-            pin, places(np.unique(dofs.values[np.repeat(pin, np.diff(dofs.ptr)) > 0][2::3])),
+            known, places(np.unique(dofs.values[np.repeat(known, np.diff(dofs.ptr)) == PIN][2::3])),
             self.numbered("motion", [motion.kernel if motion else None for motion in motions]),
             self.p["constraint"], self.p["motion"], self.row, dofs.ptr, self.g_blocks.ptr,
             self.h_blocks.ptr, places(dofs.values), self.positions(self.g_blocks),

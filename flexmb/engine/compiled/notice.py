@@ -31,7 +31,7 @@ FIRST_STAGE = "the equations of motion"  # stage of kernels and other small func
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
         "flexmb.engine.system.evaluate.evaluate": 5.4,
-        "flexmb.parts.joints.prismatic.direction_row": 0.5,
+        "flexmb.parts.joints.contact_point.direction_row": 0.5,
         "flexmb.parts.joints.revolute.coincide": 1.0,
     },
     "the accounts of a run": {

@@ -22,7 +22,7 @@ from flexmb.engine.compiled.records import Integers, Matrix, Record
 from flexmb.engine.dormand_prince.complement import Complement
 from flexmb.engine.system.work import new_from_template
 from flexmb.kernels import compiled
-from flexmb.places import INERTIA, MASS
+from flexmb.places import INERTIA, MASS, PIN
 from flexmb.program.program import BEGIN, Program
 
 # Numbers of each pin in `Tree.pins`: first row; 1 if its body is the second one of the joint, or -1; first coordinate
@@ -54,7 +54,7 @@ def tree(program: Program, masses: Complement) -> Tree:
 
 def _of_pins(program: Program, usable: bool) -> Tree:
     C = program.tables.constraints
-    usable = usable and bool(C.pin.all()) and 3 * len(C.pin) == program.n_q
+    usable = usable and bool((C.known == PIN).all()) and 3 * len(C.pin) == program.n_q
     pins = np.array(grown(program) if usable else [], dtype=np.int64).reshape(-1, WIDTH)
     return Tree(usable=int(len(pins) > 0), pins=pins.ravel(), masses=(len(pins), 2), known=(len(pins), KNOWN))
 

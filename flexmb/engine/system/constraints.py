@@ -9,7 +9,8 @@ import math
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.system import work as columns
 from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
-from flexmb.places import LOAD, LOAD_BY_LAM, LOAD_BY_Q, SLIDING
+from flexmb.parts.joints.contact_point import difference, slide
+from flexmb.places import ANGLE, GUIDE, LOAD, LOAD_BY_LAM, LOAD_BY_Q, PIN, SLIDING
 from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
 
 
@@ -22,7 +23,7 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
         turn = C.turns[k]
         work.cosine[turn], work.sine[turn] = math.cos(q[turn]), math.sin(q[turn])
     for c in range(C.kernel.shape[0]):
-        if C.pin[c] > 0:
+        if C.known[c] == PIN:
             add_pin(tables, c, q, v, lam, kq, matrix, work)
             continue
         n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
@@ -36,15 +37,11 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
                 work.Kl[entries[k]] = 0.0
         call_constraint(tables, address, c, n, m, t, lam, work)
         if n == 6 and m == 2:  # a joint of two nodes: numbers that are known let the compiler unroll
-            _scatter(C, c, 6, 2, lam, matrix, work)
+            _scatter(C, c, 6, 2, lam, kq, matrix, work)
+        elif n == 2 and m == 1:
+            _scatter(C, c, 2, 1, lam, kq, matrix, work)
         else:
-            _scatter(C, c, n, m, lam, matrix, work)
-        if matrix and kq != 0.0:
-            positions = part_of(C.positions_h, C.pos_h[c], C.pos_h[c + 1])
-            for k in range(entries.shape[0]):
-                curve = work.Kl[entries[k]]
-                if curve != 0.0:
-                    work.lu[positions[k]] += kq * curve
+            _scatter(C, c, n, m, lam, kq, matrix, work)
         if C.joint_friction[c, LOAD_KERNEL] >= 0:
             add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
 
@@ -80,8 +77,8 @@ def add_pin(tables, c, q, v, lam, kq, matrix, work):
 
 
 @compiled
-def _scatter(C, c, n, m, lam, matrix, work):
-    """Add G v to work.gv and G^T lam to work.Gl; if `matrix`, put G and G^T into work.lu."""
+def _scatter(C, c, n, m, lam, kq, matrix, work):
+    """Add G v to work.gv and G^T lam to work.Gl; if `matrix`, put G, G^T and kq H into work.lu."""
     dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
     G = part_of(work.G, C.pos_g[c], C.pos_g[c + 1])
     gv, own = part_of(work.gv, C.row[c], C.row[c + 1]), part_of(lam, C.row[c], C.row[c + 1])
@@ -101,6 +98,13 @@ def _scatter(C, c, n, m, lam, matrix, work):
         for k in range(m * n):
             work.lu[here[k]] = G[k]
             work.lu[there[k]] = G[k]
+    if matrix and kq != 0.0:
+        positions = part_of(C.positions_h, C.pos_h[c], C.pos_h[c + 1])
+        entries = part_of(C.entries_h, C.pos_h[c], C.pos_h[c + 1])
+        for k in range(entries.shape[0]):
+            curve = work.Kl[entries[k]]
+            if curve != 0.0:
+                work.lu[positions[k]] += kq * curve
 
 
 @compiled
@@ -160,12 +164,18 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
     """Call the kernel of constraint c, and subtract the prescribed motions from their rows."""
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]
-    constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n),
-        part_of(lam, begin, end), part_of(work.g, begin, end),
-        matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n), part_of(work.gv, begin, end),
-        part_of(work.gamma, begin, end), matrix_view(work.Kl, n, n),
+    p, q, v, own = (
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]), part_of(work.ql, 0, n), part_of(work.vl, 0, n),
+        part_of(lam, begin, end),
     )  # fmt: skip
+    g, gv, gamma = part_of(work.g, begin, end), part_of(work.gv, begin, end), part_of(work.gamma, begin, end)
+    G, H = matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n), matrix_view(work.Kl, n, n)
+    if C.known[c] == ANGLE:
+        difference(p, q, g, G)
+    elif C.known[c] == GUIDE:
+        slide(p, q, v, own, g, G, gamma, H)
+    else:
+        constraint_at(address.constraint, C.kernel[c])(p, t, q, v, own, g, G, gv, gamma, H)
     for k in range(begin, end):
         if C.motion[k] < 0:
             continue

@@ -45,8 +45,15 @@ from flexmb.parts.couplings.coupling import (
     line_between,
     rounds,
 )
-from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
-from flexmb.parts.joints.prismatic import direction_row
+from flexmb.parts.joints.contact_point import (
+    add_curvature,
+    direction,
+    direction_row,
+    dot,
+    put_column,
+    put_eccentricity,
+    put_point,
+)
 from flexmb.parts.joints.revolute import drawn_direction, drawn_theta
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 

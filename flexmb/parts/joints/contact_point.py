@@ -129,6 +129,32 @@ def dot(x, y):
     return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
 
 
+@compiled
+def difference(p, q, g, G):
+    """Relative rotation of two nodes: g = theta2 - theta1 - angle; q = (theta1, theta2)."""
+    (angle,) = p
+    g[0], G[0, 0] = q[1] - q[0] - angle, -1.0
+    G[0, 1] = 1.0
+
+
+@compiled
+def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
+    """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
+    g[row], J, nx, ny, far, near = direction(dx, dy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        G[row, j] = J[j]
+    add_curvature(lam[row], nx, ny, far, near, H)
+    gamma[row] = -dot(curvature_times(nx, ny, far, near, v), v)
+
+
+@compiled
+def slide(p, q, v, lam, g, G, gamma, H):
+    """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
+    ux, uy, s1x, s1y, s2x, s2y, angle = p
+    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    put_turn(1, angle, q, g, G)
+
+
 @joint_friction_kernel
 def journal_friction(p, q, lam, out, H):
     """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""

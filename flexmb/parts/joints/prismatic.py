@@ -28,20 +28,11 @@ from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints import contact_point
 from flexmb.parts.joints.revolute import Revolute, drawn_angle, drawn_direction, rubbing
+from flexmb.places import GUIDE
 
 if TYPE_CHECKING:
     from flexmb.parts.wear.worn_guide import WornGuide, WornSlot
     from flexmb.parts.wear.worn_joint import Wear
-
-
-@compiled
-def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
-    """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
-    g[row], J, nx, ny, far, near = contact_point.direction(dx, dy, s1x, s1y, s2x, s2y, q)
-    for j in range(6):
-        G[row, j] = J[j]
-    contact_point.add_curvature(lam[row], nx, ny, far, near, H)
-    gamma[row] = -contact_point.dot(contact_point.curvature_times(nx, ny, far, near, v), v)
 
 
 # Entries of G and H that `guide_kernel` writes: the first row turns with the first node.
@@ -52,16 +43,14 @@ BY_TURN = ((5, 5), *((i, 2) for i in range(6)), *((2, i) for i in (0, 1, 3, 4, 5
 @constraint_kernel
 def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
-    ux, uy, s1x, s1y, s2x, s2y, angle = p
-    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
-    contact_point.put_turn(1, angle, q, g, G)
+    contact_point.slide(p, q, v, lam, g, G, gamma, H)
 
 
 @constraint_kernel
 def travel_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Travel of the second body along the guide, 0 in the reference configuration."""
     ux, uy, s1x, s1y, s2x, s2y = p
-    direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    contact_point.direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
 
 
 @compiled
@@ -130,8 +119,8 @@ class Guide(OnLine):
     def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
         """The two constraint equations of a slider without clearance in `mechanism`."""
         ends = self.ends(mechanism)
-        own = (*self.line(mechanism), drawn_angle(mechanism, ends)), 2, ends.second.coordinates, 1
-        return ConstraintContribution(self.name, guide_kernel, ends.coordinates, *own, columns=OF_GUIDE, curved=BY_TURN)
+        own = ends.coordinates, (*self.line(mechanism), drawn_angle(mechanism, ends)), 2, ends.second.coordinates, 1
+        return ConstraintContribution(self.name, guide_kernel, *own, columns=OF_GUIDE, curved=BY_TURN, known=GUIDE)
 
 
 @record
@@ -196,8 +185,8 @@ ROWS = (("x", "m", "N"), ("y", "m", "N"), ("angle", "rad", "N m"))
 def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Point of the second node against that of the first, along the axes of the first; relative rotation."""
     s1x, s1y, s2x, s2y, angle = p
-    direction_row(1.0, 0.0, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
-    direction_row(0.0, 1.0, s1x, s1y, s2x, s2y, q, v, lam, 1, g, G, gamma, H)
+    contact_point.direction_row(1.0, 0.0, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    contact_point.direction_row(0.0, 1.0, s1x, s1y, s2x, s2y, q, v, lam, 1, g, G, gamma, H)
     contact_point.put_turn(2, angle, q, g, G)
 
 
@@ -393,7 +382,7 @@ class PrismaticClearance(Guide):
 def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """A point of the second body stays on a straight line of the first."""
     ux, uy, s1x, s1y, s2x, s2y = p
-    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    contact_point.direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
 
 
 @joint_friction_kernel

@@ -18,7 +18,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints import contact_point
-from flexmb.places import GAP, GAP_RATE, SLIP
+from flexmb.places import ANGLE, GAP, GAP_RATE, PIN, SLIP
 
 if TYPE_CHECKING:
     from flexmb.parts.wear.worn_clearance import WornClearance
@@ -65,9 +65,7 @@ def weld_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 @constraint_kernel
 def angle_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Relative rotation of two nodes: g = theta2 - theta1 - angle; q = (theta1, theta2)."""
-    (angle,) = p
-    g[0], G[0, 0] = q[1] - q[0] - angle, -1.0
-    G[0, 1] = 1.0
+    contact_point.difference(p, q, g, G)
 
 
 def drawn_theta(mechanism: Mechanism, end: pieces.Attachment) -> float:
@@ -98,7 +96,7 @@ def coincidence_piece(part: str, ends: pieces.Ends, *, holds: str = "always") ->
     """The two constraint equations of a revolute joint."""
     coordinates = ends.coordinates
     own = coincidence_kernel, coordinates, ends.offsets, 2, coordinates[3:]
-    return pieces.ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES, is_pin=True)
+    return pieces.ConstraintContribution(part, *own, holds=holds, columns=AT_PIN, curved=BY_ANGLES, known=PIN)
 
 
 @record
@@ -143,7 +141,7 @@ class Revolute(Joint):
         ends = self.ends(mechanism)
         p = (drawn_angle(mechanism, ends),)
         return pieces.ConstraintContribution(
-            self.name, angle_kernel, ends.coordinates[2::3], p, 1, is_drive=True, curved=()
+            self.name, angle_kernel, ends.coordinates[2::3], p, 1, is_drive=True, curved=(), known=ANGLE
         )
 
 
