@@ -20,8 +20,8 @@ sys.path.insert(0, str(ROOT / "tests"))  # for public_names
 
 gc.set_threshold(50_000, 20, 100)  # numba's millions of objects stay; to look through them often takes minutes
 
-# What packages log is shown where a test fails.  With `log_level` pytest sets it anew twelve times a test, and each time
-# Python goes through all loggers.
+# What packages log is shown where a test fails.  With `log_level` pytest sets it anew twelve times a test, and Python
+# goes through all loggers each time.
 logging.getLogger().setLevel(logging.INFO)
 
 os.environ.setdefault("NUMBA_CACHE_DIR", str(ROOT / ".numba_cache"))
