@@ -106,7 +106,7 @@ def compile_all() -> None:
 
 
 def remember_operators() -> None:
-    """Let numba look up once what an operator or function does with numbers of some types, not at each of its calls.
+    """Let numba look up once what an operator does with numbers of some types, not at each of its uses.
 
     It tries dozens of signatures each time, a twelfth of all the time.  The machine code is the same.
     """
@@ -116,7 +116,9 @@ def remember_operators() -> None:
     ask, known, numbers = BaseFunction.get_call_type, dict[Any, Any](), {Boolean, Complex, Float, Integer}
 
     def remembered(function: Any, context: Any, arguments: Any, keywords: Any) -> Any:
-        if keywords or not numbers.issuperset(map(type, arguments)):
+        # Functions in Python, such as that of int(), are compiled anew with the flags of each caller.
+        operator = getattr(function.typing_key, "__module__", "") == "_operator"
+        if keywords or not operator or not numbers.issuperset(map(type, arguments)):
             return ask(function, context, arguments, keywords)
         key = function, arguments
         if key not in known:
