@@ -27,6 +27,7 @@ lint: $(VENV)/.installed-dev
 # Compilation uses one core and a half, so the source is checked meanwhile.  It takes a sixth less with fewer passes of
 # LLVM, which change no bit of the golden runs; that code lies in a cache of its own, and is never what a user runs.
 test: export NUMBA_OPT := 1
+test: export NUMBA_LOOP_VECTORIZE := 0
 test: export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache/quick
 # Values beside a failed `assert` take a second
 # a hundred files to prepare, so what failed runs once more with them.

@@ -2,6 +2,7 @@
 
 import ast
 import gc
+import logging
 import os
 import shutil
 import sys
@@ -18,6 +19,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))  # for public_names
 
 gc.set_threshold(50_000, 20, 100)  # numba's millions of objects stay; to look through them often takes minutes
+
+# What packages log is shown where a test fails.  With `log_level` pytest sets it anew twelve times a test, and Python
+# goes through all loggers each time.
+logging.getLogger().setLevel(logging.INFO)
 
 os.environ.setdefault("NUMBA_CACHE_DIR", str(ROOT / ".numba_cache"))
 os.environ.setdefault("FLEXMB_MESSAGES", "0")
@@ -51,6 +56,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             cases[name] += 1
             if cases[name] > quick.args[0]:
                 item.add_marker(pytest.mark.slow)
+
+
+def pytest_collection_finish() -> None:
+    """Modules are not looked through for garbage any more."""
+    gc.freeze()
+
+
+def pytest_sessionfinish() -> None:
+    """At the end of the process nothing is looked through, which pytest does five times, and Python once more."""
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

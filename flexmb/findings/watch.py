@@ -460,7 +460,7 @@ def _are_resolved(looked: Looked, seen: Examination) -> bool:
         return True
     for _, energies, modes in seen.groups(few):
         # y^2 + y'^2 and y'^2 + y''^2 of a vibration are twice its energy at any phase: the limit has a margin of two.
-        largest = np.minimum(energies[:, 0] + energies[:, 1], energies[:, 1] + energies[:, 2]).max(axis=0)
+        largest = (energies[:, 0:2] + energies[:, 1:3]).min(axis=1).max(axis=0)
         if looked.fixed_step is not None:
             largest = np.maximum(largest, energies[0, 2])
         carries = largest > ENERGY_SHARE * _of_kind(energies[:, 0].mean(axis=0), modes.elastic)

@@ -540,18 +540,18 @@ def check_control_tangents(bench: Bench, program: Program, contribution: Control
     """Compare the tangents of loads and states of a control with differences of the forces of the mechanism."""
     # A state of the mechanism at which the outputs depend on nothing (a saturated controller) tells nothing of
     # tangents; so there must be others. A sampled control has no tangents.
-    c, C = program.controls.index(contribution.part), program.tables.controls
+    c, C, E = program.controls.index(contribution.part), program.tables.controls, program.tables.elements
     columns = np.asarray(C.dofs[C.dof[c] : C.dof[c + 1]]).astype(np.int64)
     if contribution.sample is not None or len(columns) == 0:
         return
-    E = program.tables.elements
+    begin, end = C.slope[C.output[c : c + 2]]
     loads = [program.names.elements.index(load) for load in contribution.loads]
     loaded = [int(dof) for e in loads for dof in E.dofs[E.dof[e] : E.dof[e + 1]] if dof < program.n_q]
     rows = np.array([*columns[: len(contribution.states)], *loaded], dtype=np.int64)
     tested, acting = tested_law(bench, contribution), 0
     for state in _states(bench, program, contribution, columns):
         system = StateEvaluation(program).at(state["q"], state["v"], state["a"], t=state["t"], weights=(0.7, 0.4, 0.0))
-        if not np.any(system.work.slope[C.slope[C.output[c]] : C.slope[C.output[c + 1]]]):
+        if not np.any(system.work.slope[begin:end]):
             continue
         acting += 1
         _compare(bench, tested, program, state, rows, columns)

@@ -468,7 +468,8 @@ def test_bad_input_is_refused_with_what_to_do(make, words):
         make()
 
 
-def test_pictures_of_other_things_are_refused(life):
+def test_pictures_of_other_things_are_refused():
+    life = fm.wear_out(DRY.with_part(WORN), turns=10.0, keep=1)
     with pytest.raises(fm.errors.InputError, match=r"fm\.wear_out"):
         fm.plot_wear(life.assign_attrs(kind="sweep"), "B")
     with pytest.raises(fm.errors.InputError, match="'C'"):

@@ -7,6 +7,7 @@ import tokenize
 from pathlib import Path
 
 import pytest
+from trees import walk
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -48,7 +49,7 @@ def missing(text, endings):
 
 def docstrings(tree):
     """Texts that stand alone in a source: docstrings of modules, classes, functions and attributes."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             yield node.lineno, node.value.value
 

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
+from trees import walk
 
 RIDDLES = (
     (re.compile(r"\b(?:what|those|that which|of its own)\b", re.IGNORECASE), "a clause in place of a noun"),
@@ -20,7 +21,7 @@ Documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
 def first_lines(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Line number and first docstring line of a module, its classes and functions, private ones included."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, Documented):
             text = ast.get_docstring(node)
             if text:

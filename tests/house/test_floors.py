@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import PurePosixPath
 
 import pytest
+from trees import walk
 
 FLOORS = {
     "errors": 0, "checks": 0, "arguments": 0, "engine.compiled": 0, "kernels": 0, "planar": 0, "places": 0,
@@ -120,11 +121,11 @@ def unit(names: tuple[str, ...]) -> str:
 def imported_modules(path: str, tree: ast.Module) -> Iterator[tuple[int, str, str]]:
     """(line, full name, "typing", "late" or "") of each module of flexmb that the file imports, anywhere in it."""
     package = PurePosixPath(path).parent.parts
-    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
-    kinds = {id(node): "typing" for block in blocks for line in block.body for node in ast.walk(line)}
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    kinds |= {id(node): "late" for function in functions for node in ast.walk(function)}
-    for node in ast.walk(tree):
+    blocks = [node for node in walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    kinds = {id(node): "typing" for block in blocks for line in block.body for node in walk(line)}
+    functions = [node for node in walk(tree) if isinstance(node, ast.FunctionDef)]
+    kinds |= {id(node): "late" for function in functions for node in walk(function)}
+    for node in walk(tree):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

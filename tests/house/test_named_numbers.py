@@ -4,6 +4,7 @@ import ast
 from collections.abc import Iterable, Iterator
 
 import pytest
+from trees import walk
 
 COMPILERS = {"compiled", "fast", "summing", "apart"}
 CONTRACTS = ("_kernel", "_law")
@@ -129,7 +130,7 @@ def origin(value: ast.expr, aliases: dict[str, str]) -> str:
 def aliases_in(function: Function) -> dict[str, str]:
     """Local names that stand for fields of records, for their rows or parts, by the name of the field."""
     found: dict[str, str] = {}
-    for node in ast.walk(function):
+    for node in walk(function):
         if not isinstance(node, ast.Assign):
             continue
         for target in node.targets:
@@ -157,11 +158,11 @@ def ordered(path: str) -> set[str]:
 
 def subscripts(path: str, tree: ast.Module) -> Iterator[tuple[ast.Subscript, str]]:
     """Every subscript with a literal in compiled functions, and on tables everywhere; the name of what it is of."""
-    for function in ast.walk(tree):
+    for function in walk(tree):
         if not isinstance(function, Function):
             continue
         compiled, aliases = is_compiled(function), aliases_in(function)
-        for node in ast.walk(function):
+        for node in walk(function):
             if isinstance(node, ast.Subscript) and has_literal(node.slice):
                 name = origin(node.value, aliases)
                 table = isinstance(node.value, ast.Attribute) and (name in TABLES or is_of_contacts(node.value))

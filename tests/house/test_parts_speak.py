@@ -4,6 +4,7 @@ import ast
 from collections.abc import Iterator
 
 import pytest
+from trees import walk
 
 HOMES = ("flexmb/parts/", "flexmb/elastic/", "flexmb/mechanisms/")
 """Folders that define parts, and may name them."""
@@ -32,7 +33,7 @@ def known_parts(sources) -> set[str]:
         (node.name, {ast.unparse(base).split("[")[0] for base in node.bases})
         for source in sources
         if source.path.startswith(HOMES)
-        for node in ast.walk(source.tree)
+        for node in walk(source.tree)
         if isinstance(node, ast.ClassDef)
     ]
     found: set[str] = set()
@@ -45,12 +46,12 @@ def known_parts(sources) -> set[str]:
 
 def named(tree: ast.Module, parts: set[str]) -> Iterator[tuple[int, str]]:
     """Line and class of each import of a part, each `isinstance` of one, and each question for a loaded module."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.ImportFrom) and f"{(node.module or '').replace('.', '/')}/".startswith(HOMES):
             yield from ((node.lineno, alias.name) for alias in node.names if alias.name in parts)
         elif isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "issubclass"):
             words = {child.attr if isinstance(child, ast.Attribute) else getattr(child, "id", "")
-                     for child in ast.walk(node.args[1])}  # fmt: skip
+                     for child in walk(node.args[1])}  # fmt: skip
             yield from ((node.lineno, word) for word in sorted(words & parts))
         elif isinstance(node, ast.Attribute) and ast.unparse(node) == "sys.modules":
             yield node.lineno, "sys.modules"

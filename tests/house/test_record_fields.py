@@ -7,6 +7,7 @@ from functools import cache
 
 import pytest
 from nine_bar_study.nine_bar.staggered.elastic import Elastic
+from trees import walk
 
 from flexmb.engine.compiled.records import Record
 from flexmb.engine.dormand_prince.step import Stages as DormandPrinceStages
@@ -54,7 +55,7 @@ def kind_of(node: ast.expr, known: Known, unknown: list[str]) -> type | None:
 
 def assigned(function: ast.FunctionDef) -> Iterator[tuple[ast.expr, ast.expr]]:
     """Targets and values of assignments, those of tuples one by one."""
-    for node in ast.walk(function):
+    for node in walk(function):
         for target in node.targets if isinstance(node, ast.Assign) else ():
             if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
                 yield from zip(target.elts, node.value.elts, strict=True)
@@ -64,12 +65,12 @@ def assigned(function: ast.FunctionDef) -> Iterator[tuple[ast.expr, ast.expr]]:
 
 def unknown_fields(tree: ast.AST) -> list[str]:
     found: list[str] = []
-    for function in filter(is_compiled, ast.walk(tree)):
+    for function in filter(is_compiled, walk(tree)):
         known: Known = {a.arg: ARGUMENTS[a.arg] for a in function.args.args if a.arg in ARGUMENTS}
         for target, value in assigned(function):
             if isinstance(target, ast.Name):
                 known[target.id] = kind_of(value, known, [])
-        for node in ast.walk(function):
+        for node in walk(function):
             if isinstance(node, ast.Attribute):
                 kind_of(node, known, found)
     return sorted(set(found))

@@ -6,6 +6,7 @@ import runpy
 import tomllib
 
 import pytest
+from trees import walk
 
 import flexmb as fm
 
@@ -73,7 +74,7 @@ def test_wrong_results_come_first(root):
 
 def named_versions(tree):
     """Versions in which former names go: in `formerly`, in calls of `warn_of_former`, in `former=` of `lazy_names`."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         places = []
         if isinstance(node, ast.Assign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]

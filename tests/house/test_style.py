@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
+from trees import walk
 
 LONGEST_FILE = 700
 LONG_FUNCTION = 35
@@ -25,7 +26,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 def functions(tree: ast.Module) -> Iterator[Function]:
     """Every function and method, the nested ones included."""
-    return (node for node in ast.walk(tree) if isinstance(node, Function))
+    return (node for node in walk(tree) if isinstance(node, Function))
 
 
 def body_length(function: Function) -> int:
@@ -74,7 +75,7 @@ def catches_everything(node: ast.AST) -> bool:
 
 def defects(path: str, tree: ast.Module) -> Iterator[str]:
     """One line for each construct that the house does not use."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if catches_everything(node):
             yield f"{path}:{node.lineno}: catches everything; name the exceptions that can be dealt with"
         elif isinstance(node, ast.Call) and called_name(node) == "hasattr" and path not in HASATTR_ALLOWED:

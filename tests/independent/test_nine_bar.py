@@ -89,6 +89,7 @@ def test_first_motion_point_by_point(rule):
     assert sol.array("slider.x")[1:] == pytest.approx(places, abs=5e-9)
 
 
+@pytest.mark.slow
 def test_order_of_the_integrator():
     """Without contact, errors of half the step are a sixteenth."""
     wide, found = NineBarData(bearing_radius=0.2), []

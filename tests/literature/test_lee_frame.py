@@ -58,7 +58,7 @@ def ten():
     yield Value("limit load", PUBLISHED, limit(10)[0], 5e-4)
 
 
-@PROBLEM.case("40 elements a leg")
+@PROBLEM.case("40 elements a leg", slow=True)
 def forty():
     load, sinking, aside = limit(40)
     yield Value("limit load", LIMIT, load, 1e-6)
