@@ -41,7 +41,6 @@ def main() -> int:
     sys.path.insert(0, str(ROOT))
     if options.folder is None:
         gc.disable()  # a tenth of the time would be spent on looking through what stays
-        remember_operators()
         compile_parts() if options.parts else compile_here()
         gc.freeze()  # or it would be looked through at the end
         return 0
@@ -103,29 +102,6 @@ def compile_all() -> None:
     """Compile all kernels, parts and loops."""
     compile_parts()
     compile_loops()
-
-
-def remember_operators() -> None:
-    """Let numba look up once what an operator does with numbers of some types, not at each of its uses.
-
-    It tries dozens of signatures each time, a twelfth of all the time.  The machine code is the same.
-    """
-    from numba.core.types import Boolean, Complex, Float, Integer
-    from numba.core.types.functions import BaseFunction
-
-    ask, known, numbers = BaseFunction.get_call_type, dict[Any, Any](), {Boolean, Complex, Float, Integer}
-
-    def remembered(function: Any, context: Any, arguments: Any, keywords: Any) -> Any:
-        # Functions in Python, such as that of int(), are compiled anew with the flags of each caller.
-        operator = getattr(function.typing_key, "__module__", "") == "_operator"
-        if keywords or not operator or not numbers.issuperset(map(type, arguments)):
-            return ask(function, context, arguments, keywords)
-        key = function, arguments
-        if key not in known:
-            known[key] = ask(function, context, arguments, keywords)
-        return known[key]
-
-    BaseFunction.get_call_type = remembered
 
 
 def compile_here() -> None:
