@@ -32,6 +32,7 @@ from flexmb.engine.radau.step import (
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.step.contact_events import PEAK_DEPTH, PEAK_FORCE
 from flexmb.engine.step.runge_kutta import accelerate, project_state
+from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, call_normal
 from flexmb.engine.system.elements import add_elements
 from flexmb.engine.system.evaluate import evaluate
@@ -162,8 +163,7 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
         return close_joints(tables, address, lu, t, h, options, flow, trial, work, record, D)
     old, last = False, math.inf
     for _ in range(PROJECTIONS):
-        q, v, still = trial.q, trial.v, D.zero
-        evaluate(tables, address, t, h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
+        add_constraints(tables, address, t, h, trial.q, trial.v, trial.lam, flow.z, 0.0, 0.0, False, work)
         record.count.evaluations += 1
         if not old:
             record.count.factorisations += 1
