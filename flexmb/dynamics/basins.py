@@ -36,15 +36,9 @@ class Rules:
     settle: int  # number of periods between two judgements, and largest number of periods
     longest: int
     repeats: int  # largest number of periods after which an attractor repeats itself
-    tolerance: float  # tolerance of a repetition, over the size of the grid
-    size: float  # size of the grid of states
+    close: float  # distance of two states below which they are equal
     bound: float  # length of a state above which a motion is lost
     space: StateSpace  # differences of states
-
-    @property
-    def close(self) -> float:
-        """Distance of two states below which they are equal."""
-        return self.tolerance * self.size
 
     def away(self, points: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, size) from one other point or from as many others, without whole turns."""
@@ -294,4 +288,4 @@ def _rules(passes: Shooting, starts: np.ndarray, tolerance: float, bound: float,
     size = size or float(np.sqrt((starts**2 @ weights).max())) or 1.0
     tolerance = checks.positive(LABEL, "tolerance", tolerance)
     reach = checks.positive(LABEL, "bound", bound) * max(size, float(np.sqrt((starts**2 @ weights).max())))
-    return Rules(passes.base, passes.origin, **counts, tolerance=tolerance, size=size, bound=reach, space=passes.space)
+    return Rules(passes.base, passes.origin, **counts, close=tolerance * size, bound=reach, space=passes.space)

@@ -205,9 +205,7 @@ def _is_lost(future: Future[Outcome]) -> bool:
 
 def _lost(owner: str, error: BaseException | None) -> WorkerError:
     what = "it was cancelled" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
-    return WorkerError(
-        f"{owner}: a worker was lost ({what.rstrip('.')}). What is finished stands in the store, if one was given: "
-        "start workers anew and call it again with resume=True. Workers die when memory runs out, and at once when "
-        "they cannot import the function: put it into a module, and what starts workers under "
-        "`if __name__ == '__main__':`."
-    )
+    text = f"{owner}: a worker was lost ({what.rstrip('.')}). What is finished stands in the store, if one was given:"
+    text += " start workers anew and call it again with resume=True. Workers die when memory runs out, and at once when"
+    text += " they cannot import the function: put it into a module, and what starts workers under"
+    return WorkerError(f"{text} `if __name__ == '__main__':`.")

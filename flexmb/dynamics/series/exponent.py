@@ -215,14 +215,10 @@ def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndar
     first, second = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
     if complete.sum() < 10 * BLOCKS:
         return np.empty((0, len(steps)))
-    logs = np.empty((len(steps), int(complete.sum())))
-    for row, step in zip(logs, steps, strict=True):
-        distance = distances(points, first + step, second + step, shift).reshape(-1, NEIGHBOURS)
-        if inside:
-            row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
-        else:
-            row[:] = np.log(np.maximum(distance, 1e-12)).mean(axis=1)
-    return block_means(logs)
+    apart = (distances(points, first + step, second + step, shift).reshape(-1, NEIGHBOURS) for step in steps)
+    if inside:
+        return block_means(np.array([np.log(np.maximum(d.mean(axis=1), 1e-12)) for d in apart]))
+    return block_means(np.array([np.log(np.maximum(d, 1e-12)).mean(axis=1) for d in apart]))
 
 
 # Largest number of points whose neighbours are observed; they are evenly spread over the record.
@@ -285,10 +281,8 @@ def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shif
     refs, neighbours = refs[neighbours >= 0], neighbours[neighbours >= 0]
     if len(refs) < 10 * BLOCKS:
         return np.empty((0, len(steps)))
-    logs = np.empty((len(steps), len(refs)))
-    for row, step in zip(logs, steps, strict=True):
-        row[:] = distances(points, refs + step, neighbours + step, shift)
-    return block_means(np.log(np.maximum(logs, 1e-12)))
+    apart = np.array([distances(points, refs + step, neighbours + step, shift) for step in steps])
+    return block_means(np.log(np.maximum(apart, 1e-12)))
 
 
 # The largest exponent from one orbit and a neighbour that is replaced regularly, by the method of Wolf

@@ -142,8 +142,7 @@ def columns_of(
 def fitting(results: Mapping[str, Any], columns: Mapping[str, stores.Column]) -> dict[str, Any]:
     """Values of results for the columns of the first successful point; other names, shapes or kinds are refused."""
     if set(results) != set(columns):
-        text = f"The function returned {', '.join(sorted(results))}"
-        text += f", at the first point {', '.join(sorted(columns))}"
+        text = f"The function returned {', '.join(sorted(results))}, at the first point {', '.join(sorted(columns))}"
         raise InputError(f"{text}. Return the same names at all points.")
     for name, (_, array) in results.items():
         column, kind = columns[name], kind_of(array)

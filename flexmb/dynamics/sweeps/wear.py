@@ -116,16 +116,12 @@ class Life:
         fastest, name = self.fastest(rate)
         least, text = 2.0 * turns / self.bound(rate), f"{label}: a turn wears {fastest:.2g} of the clearance of {name}"
         if fastest > LARGEST_INCREMENT:
-            raise InputError(
-                f"{text}; within a run surfaces stay as they are, so it may be {LARGEST_INCREMENT:g} at most. Give a "
-                "smaller coefficient of wear; one without unit is divided by the hardness."
-            )
+            text += f"; within a run surfaces stay as they are, so it may be {LARGEST_INCREMENT:g} at most."
+            raise InputError(f"{text} Give a smaller coefficient of wear; one without unit is divided by the hardness.")
         if self.runs + least > self.most:
-            raise InputError(
-                f"{text}, and no increment wears more than {LARGEST_INCREMENT:g} of it: {turns:g} turns take at least "
-                f"{least:.0f} runs of {seconds:.2g} s, most_runs is {self.most}. Give fewer turns, a smaller "
-                f"coefficient of wear, or most_runs={2.0 * least:.0f}."
-            )
+            text += f", and no increment wears more than {LARGEST_INCREMENT:g} of it: {turns:g} turns take at least"
+            text += f" {least:.0f} runs of {seconds:.2g} s, most_runs is {self.most}. Give fewer turns,"
+            raise InputError(f"{text} a smaller coefficient of wear, or most_runs={2.0 * least:.0f}.")
 
     def advance(self, turns: float, rate: Rate) -> Rate:
         """Carry the depths on by `turns`; the wear of a turn before and after it."""
@@ -212,11 +208,9 @@ def _notes(joints: Mapping[str, WornJoint]) -> Iterator[str]:
             apart = np.flatnonzero(np.roll(h, middle - int(h.argmax())) <= 0.5 * h.max())
             width = apart[apart > middle].min(initial=joint.bins) - apart[apart < middle].max(initial=-1) - 1
             if h.any() and width <= NARROW:
-                yield (
-                    f"{name}: the deepest pit of its {face}, {h.max():.3g} m, is {width} of {joint.bins} places wide "
-                    "at half of its depth. This depth is the mean of a place and goes with their number; volumes do "
-                    "not. Give more bins, until the pit is wider."
-                )
+                text = f"{name}: the deepest pit of its {face}, {h.max():.3g} m, is {width} of {joint.bins} places wide"
+                text += " at half of its depth. This depth is the mean of a place and goes with their number;"
+                yield f"{text} volumes do not. Give more bins, until the pit is wider."
 
 
 @checked

@@ -39,9 +39,10 @@ class GivenSystem(Dynamics):
         """Check and keep the arguments that every such system takes."""
         self.name = name
         label = self._label
-        self.function, self.jacobian = function_of(label, "function", function), jacobian
-        if jacobian is not None:
-            function_of(label, "jacobian", jacobian)
+        for what, value in (("function", function), ("jacobian", jacobian)):
+            if not callable(value) and (what == "function" or value is not None):
+                raise InputError(f"{label}: {what} is {value!r}; it must be a function.")
+        self.function, self.jacobian = function, jacobian
         self.start, self._parameters = state_of(label, start), checks.mapping(label, "parameters", parameters)
         self.names = names_of(label, "names", names, [f"x{i}" for i in range(len(self.start))])
 
@@ -97,13 +98,6 @@ def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
     if not np.isfinite(state).all():
         raise InputError(f"{owner}: a state is {value!r}; all its numbers must be finite.")
     return state
-
-
-def function_of(owner: str, what: str, value: Any) -> Callable[..., Any]:
-    """`value` if it can be called, or `InputError`."""
-    if not callable(value):
-        raise InputError(f"{owner}: {what} is {value!r}; it must be a function.")
-    return value  # type: ignore[no-any-return]
 
 
 def names_of(owner: str, what: str, value: Any, default: Sequence[str]) -> tuple[str, ...]:

@@ -220,9 +220,8 @@ def solve_film(
     weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
     weights[0] *= 0.5
     mean, side = P @ weights * (s / q[2:-1:2] * turn / cells), float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
-    return FilmResult(
-        float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P, np.arctan2(sin, cos)[2:-1:2]
-    )
+    cos, sin = cos[2:-1:2], sin[2:-1:2]
+    return FilmResult(float(mean @ cos), float(mean @ sin), float(P.max()), side, P, np.arctan2(sin, cos))
 
 
 def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndarray:
@@ -300,10 +299,9 @@ def table_place(p, eps, beta):
 def spline(u):
     """Values of the four cubic splines of a cell, and their derivatives."""
     w = 1.0 - u
-    return (
-        (w * w * w / 6.0, 0.5 * u * u * u - u * u + 2.0 / 3.0, 0.5 * w * w * w - w * w + 2.0 / 3.0, u * u * u / 6.0),
-        (-0.5 * w * w, 1.5 * u * u - 2.0 * u, 2.0 * w - 1.5 * w * w, 0.5 * u * u),
-    )
+    begin, end = 0.5 * u * u * u - u * u + 2.0 / 3.0, 0.5 * w * w * w - w * w + 2.0 / 3.0
+    values = w * w * w / 6.0, begin, end, u * u * u / 6.0
+    return values, (-0.5 * w * w, 1.5 * u * u - 2.0 * u, 2.0 * w - 1.5 * w * w, 0.5 * u * u)
 
 
 @compiled
@@ -395,10 +393,8 @@ def pads_table(ratio: float, grooves: tuple[float, ...], width: float) -> tuple[
     spans = [round(second - first - width, 12) for first, second in pairwise(grooves)]
     tables = {span: pad_table(ratio, span) for span in spans}
     first, kinds = TABLE_BEGIN + 1 + 2 * len(spans), list(tables)
-    own = [
-        (0.5 * (one + two), first + 4.0 * FIELD * kinds.index(span))
-        for (one, two), span in zip(pairwise(grooves), spans, strict=True)
-    ]
+    ends = zip(pairwise(grooves), spans, strict=True)
+    own = [(0.5 * (one + two), first + 4.0 * FIELD * kinds.index(span)) for (one, two), span in ends]
     return (float(len(spans)), *chain(*own), *chain(*tables.values()))
 
 

@@ -71,9 +71,8 @@ def equilibrium(
         """Eccentricity at which the film carries the load, or `play`."""
         if beyond(play, turn) < 0.0:
             return play
-        return float(
-            scipy.optimize.brentq(beyond, 0.0, play, args=(turn,), xtol=sys.float_info.min, rtol=1e-15, maxiter=MOST)
-        )
+        finest = {"xtol": sys.float_info.min, "rtol": 1e-15, "maxiter": MOST}
+        return float(scipy.optimize.brentq(beyond, 0.0, play, (turn,), **finest))
 
     places = {turn: under(turn) for turn in _turns(numbers, under, speed, direction)}
     short = {turn: beyond(e, turn) for turn, e in places.items() if e == play and beyond(e, turn) < 0.0}

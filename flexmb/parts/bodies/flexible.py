@@ -69,10 +69,9 @@ def field(
         given = checks.sequence(label, name, given, f"{form}, one per node")
         whence = ""
     if len(given) != nodes:
-        raise InputError(
-            f"{label}: {name} has {len(given)} entries, but the body has {nodes} nodes. Give one {form} per node"
-            + (", or a function of s, 0 at the start and 1 at the end." if places is not None else ".")
-        )
+        text = f"{label}: {name} has {len(given)} entries, but the body has {nodes} nodes. Give one {form} per node"
+        more = ", or a function of s, 0 at the start and 1 at the end" if places is not None else ""
+        raise InputError(f"{text}{more}.")
     found = []
     for i, item in enumerate(given):
         values = tuple(item) if isinstance(item, Iterable) and not isinstance(item, str) else (item,)
@@ -283,13 +282,12 @@ def beam_pieces(
     part: str, beams: Sequence[Beam], nodes: dict[str, Node], damping: float, gravity: Point
 ) -> list[Contribution]:
     """Element pieces of all beams of a body."""
-    contributions: list[Contribution] = []
-    kernels = corotational.BEAM.by_name()
+    element, kernels, found = corotational.BEAM.element, corotational.BEAM.by_name(), list[Contribution]()
     for beam in beams:
-        ends = [node_coordinates(part, node) for node in beam.nodes]
-        for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            contributions.append(ElementContribution(part, corotational.BEAM.element, (*first, *second), p, **kernels))
-    return contributions
+        ends = pairwise(node_coordinates(part, node) for node in beam.nodes)
+        each = zip(beam_parameters(beam, nodes, damping, gravity), ends, strict=True)
+        found += [ElementContribution(part, element, (*first, *second), p, **kernels) for p, (first, second) in each]
+    return found
 
 
 def mass_damping_pieces(

@@ -187,12 +187,10 @@ class FlexibleBody(ElasticBody):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         nodes, gravity = {n.name: n for n in self.nodes()}, mechanism.gravity
-        return [
-            *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, gravity),
-            *self._boss_pieces(gravity),
-            *flexible.mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
-            *([flexible.beam_stress_signal(self.name, self.beams, nodes, gravity)] if self.seeks_stress else []),
-        ]
+        every = flexible.beam_pieces(self.name, self.beams, nodes, self.damping, gravity) + self._boss_pieces(gravity)
+        every += flexible.mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps())
+        every += [flexible.beam_stress_signal(self.name, self.beams, nodes, gravity)] if self.seeks_stress else []
+        return every
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()}, mechanism.gravity)

@@ -37,17 +37,9 @@ from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 @kernels.compiled
 def unit_motion(j, r1x, r1y, r2x, r2y):
     """Velocities u1, u2 of the material points at c1, c2 and of both angles, for a unit velocity of coordinate j."""
-    if j == 0:
-        return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if j == 1:
-        return 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
-    if j == 2:
-        return -r1y, r1x, 0.0, 0.0, 1.0, 0.0
-    if j == 3:
-        return 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
-    if j == 4:
-        return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
-    return 0.0, 0.0, -r2y, r2x, 0.0, 1.0
+    first = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (-r1y, r1x, 0.0, 0.0, 1.0, 0.0)
+    second = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, -r2y, r2x, 0.0, 1.0)
+    return (first + second)[j]
 
 
 @kernels.compiled
@@ -103,9 +95,8 @@ def put_gap(pair, q, v, out):
         put_column(out, j, turn * ny, -turn * nx, Xq, Yq)
         rate += J[j] * v[j]
         spin += turn * v[j]
-    put_eccentricity(
-        out, distance * nx, distance * ny, rate * nx - distance * spin * ny, rate * ny + distance * spin * nx
-    )
+    vx, vy = rate * nx - distance * spin * ny, rate * ny + distance * spin * nx
+    put_eccentricity(out, distance * nx, distance * ny, vx, vy)
 
 
 CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tolerances [m], second curve, first curve
@@ -115,11 +106,9 @@ CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tol
 def curves_pair(p, q):
     """The pair of both curves at the coordinates q."""
     c, s = math.cos(q[2]), math.sin(q[2])
-    ex, ey = q[3] - q[0], q[4] - q[1]
-    turn = q[5] - q[2]
-    x, y, X, Y, tx, ty, bend, other_bend = common_normal(
-        p, CURVE_UNDER_CURVE, int(p[SECOND]), math.cos(turn), math.sin(turn), c * ex + s * ey, -s * ex + c * ey
-    )
+    ex, ey, turn = q[3] - q[0], q[4] - q[1], q[5] - q[2]
+    pose = math.cos(turn), math.sin(turn), c * ex + s * ey, -s * ex + c * ey  # of the second curve
+    x, y, X, Y, tx, ty, bend, other_bend = common_normal(p, CURVE_UNDER_CURVE, int(p[SECOND]), *pose)
     distance = (X - x) * ty - (Y - y) * tx
     fx, fy, ux, uy = q[0] + c * x - s * y, q[1] + s * x + c * y, c * ty + s * tx, s * ty - c * tx
     return with_arms(q, fx, fy, ux, uy, distance, 1.0, bend, 1.0, other_bend)
@@ -545,11 +534,10 @@ def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
         return
     if abs(gap) > FAR * size:
         word = "are" if gap > 0.0 else "overlap by"
-        raise ModelError(
-            f"{part.label}: the curves {word} {abs(gap):.4g} m {'apart ' if gap > 0.0 else ''}in the reference "
-            f"configuration, beside a curve of {size:.4g} m. Curves are given in the reference configuration, in the "
-            'axes of the frame; move them or the bodies until they touch, or give normal=... and start="open".'
-        )
+        text = f"{part.label}: the curves {word} {abs(gap):.4g} m {'apart ' if gap > 0.0 else ''}in the reference"
+        text += f" configuration, beside a curve of {size:.4g} m. Curves are given in the reference configuration,"
+        text += " in the axes of the frame; move them or the bodies until they touch,"
+        raise ModelError(f'{text} or give normal=... and start="open".')
     if isinstance(other, Line) and not -OVERLAP * size <= place <= other.length + OVERLAP * size:
         text = f"{part.label}: in the reference configuration the curve touches the line {place:.4g} m from its start,"
         raise ModelError(f"{text} beyond its ends at 0 and {other.length:.4g} m. Make the line longer.")

@@ -234,10 +234,9 @@ def checked_points(owner: str, given: Any) -> np.ndarray:
         x, y = points[k]
         raise InputError(f"{owner}: points {k} and {k + 1} are both ({x:.6g}, {y:.6g}) m; leave one of them out.")
     if chords[-1] > LARGEST_CHORD * chords[:-1].max():
-        raise InputError(
-            f"{owner}: the last point lies {chords[-1]:.4g} m from the first one, {chords[-1] / chords[:-1].max():.0f} "
-            "times as far as neighbours lie apart, so the curve is not closed. Give points all the way round."
-        )
+        text = f"{owner}: the last point lies {chords[-1]:.4g} m from the first one,"
+        text += f" {chords[-1] / chords[:-1].max():.0f} times as far as neighbours lie apart, so the curve is not"
+        raise InputError(f"{text} closed. Give points all the way round.")
     return points
 
 

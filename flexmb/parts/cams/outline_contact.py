@@ -23,15 +23,7 @@ from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import Shapes
-from flexmb.parts.cams.curve_on_curve import (
-    TOLERANCE_LENGTH,
-    carriers,
-    in_frame,
-    pair_shapes,
-    put_gap,
-    signed_distance,
-    with_arms,
-)
+from flexmb.parts.cams import curve_on_curve as pairs
 from flexmb.parts.cams.curves import CircularCurve, meeting
 from flexmb.parts.cams.outline import POINTED, ROUNDED, SMOOTH, Outline, RoundArc, rounds
 from flexmb.parts.contact.friction import Frictionless
@@ -155,7 +147,7 @@ def outline_gap_kernel(p, q, v, out):
         radius = 0.0
     nx, ny = c * mx - s * my, s * mx + c * my
     X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
-    put_gap(with_arms(q, X, Y, nx, ny, away - radius, a, b, radius, 1.0), q, v, out)
+    pairs.put_gap(pairs.with_arms(q, X, Y, nx, ny, away - radius, a, b, radius, 1.0), q, v, out)
 
 
 # Places in p behind SCALE: whether the round belongs to the first body, and whether it counts contacts with convex arcs
@@ -288,9 +280,9 @@ def round_gap_kernel(p, q, v, out):
     nx, ny = c * mx - s * my, s * mx + c * my
     X, Y = q[own] + c * x - s * y, q[own + 1] + s * x + c * y
     if p[ROUND_IS_FIRST]:
-        put_gap(with_arms(q, X + gap * nx, Y + gap * ny, -nx, -ny, gap, radius, sign, a, b), q, v, out)
+        pairs.put_gap(pairs.with_arms(q, X + gap * nx, Y + gap * ny, -nx, -ny, gap, radius, sign, a, b), q, v, out)
     else:
-        put_gap(with_arms(q, X, Y, nx, ny, gap, a, b, radius, sign), q, v, out)
+        pairs.put_gap(pairs.with_arms(q, X, Y, nx, ny, gap, a, b, radius, sign), q, v, out)
 
 
 @record
@@ -346,16 +338,16 @@ class OutlineContact(Part):
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse a circle inside the outline."""
         super().validate(mechanism)
-        gap = signed_distance(self.outline.polygon, self.circle.centre) - self.circle.radius
-        if gap < -TOLERANCE_LENGTH * self.outline.size:
+        gap = pairs.signed_distance(self.outline.polygon, self.circle.centre) - self.circle.radius
+        if gap < -pairs.TOLERANCE_LENGTH * self.outline.size:
             text = f"{self.label}: circle and outline overlap by {-gap:.4g} m in the reference configuration."
             raise ModelError(f"{text} Move one of them apart; both are given in the reference configuration.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact for each chain of pieces between hollow corners."""
-        nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
-        centre, chains = in_frame(nodes[1], self.circle.centre), self.outline.chains()
-        head = TOLERANCE_LENGTH * self.outline.size, *centre, self.circle.radius
+        nodes, coordinates = pairs.carriers(mechanism, self.label, self.first, self.second)
+        centre, chains = pairs.in_frame(nodes[1], self.circle.centre), self.outline.chains()
+        head = pairs.TOLERANCE_LENGTH * self.outline.size, *centre, self.circle.radius
         hollow, normal = self.outline.hollow_corners(), self.normal.for_radii(math.inf, self.circle.radius)
         found = []
         for number, chain in enumerate(chains, 1):
@@ -369,7 +361,7 @@ class OutlineContact(Part):
         return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        return pair_shapes(mechanism, self, self.outline, self.circle)
+        return pairs.pair_shapes(mechanism, self, self.outline, self.circle)
 
 
 def check_names(part: Any, contacts: Iterable[str]) -> None:
@@ -388,9 +380,9 @@ def check_names(part: Any, contacts: Iterable[str]) -> None:
 def piece_numbers(outline: Outline, k: int, node: Node) -> tuple[float, ...]:
     """Numbers of a piece in the frame of a node, as the kernels above read them."""
     after = (k + 1) % len(outline.points)
-    ends = *in_frame(node, outline.points[k]), *in_frame(node, outline.points[after])
+    ends = *pairs.in_frame(node, outline.points[k]), *pairs.in_frame(node, outline.points[after])
     begin, end = _mean_normal(outline, k, node), _mean_normal(outline, after, node)
-    return (*ends, *in_frame(node, outline.centre(k)), outline.radius(k), *begin, *end)
+    return (*ends, *pairs.in_frame(node, outline.centre(k)), outline.radius(k), *begin, *end)
 
 
 def _mean_normal(outline: Outline, k: int, node: Node) -> tuple[float, float]:
@@ -487,17 +479,15 @@ class OutlineOnOutline(Part):
         """Refuse outlines that overlap."""
         super().validate(mechanism)
         one, two = self.first_outline.polygon, self.second_outline.polygon
-        least = -TOLERANCE_LENGTH * min(self.first_outline.size, self.second_outline.size)
-        depth, place = min(
-            (signed_distance(polygon, point), tuple(point)) for polygon, points in ((one, two), (two, one))
-            for point in points
-        )  # fmt: skip
+        least = -pairs.TOLERANCE_LENGTH * min(self.first_outline.size, self.second_outline.size)
+        others = ((polygon, point) for polygon, points in ((one, two), (two, one)) for point in points)
+        depth, place = min((pairs.signed_distance(polygon, point), tuple(point)) for polygon, point in others)
         crossed = meeting(one, two, -least)
         if depth >= least and crossed is None:
             return
         if least - self.first_outline.flatness - self.second_outline.flatness <= depth < 0.0:  # of chords; of the arcs:
             depth, out = math.inf, np.empty(GAP_SIZE)
-            nodes = carriers(mechanism, self.label, self.first, self.second)[0]
+            nodes = pairs.carriers(mechanism, self.label, self.first, self.second)[0]
             q = np.array([z for node in nodes for z in (node.x, node.y, node.theta)])
             for piece in self.contributions(mechanism):
                 piece.gap(np.array(piece.p), q, np.zeros(6), out)
@@ -510,7 +500,7 @@ class OutlineOnOutline(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[ContactContribution]:
         """One contact of each round with each chain."""
-        nodes, coordinates = carriers(mechanism, self.label, self.first, self.second)
+        nodes, coordinates = pairs.carriers(mechanism, self.label, self.first, self.second)
         owner_is_first = _is_round(self.first_outline) and not _is_round(self.second_outline)
         size, found = min(self.first_outline.size, self.second_outline.size), []
         for label, is_first, arcs, chains in self._contacts():
@@ -520,20 +510,20 @@ class OutlineOnOutline(Part):
             for arc in arcs:
                 begin, end = arc.begin - own.theta, arc.end - own.theta
                 normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
-                turning += [*in_frame(own, arc.at), arc.radius, *normals, arc.kind]
+                turning += [*pairs.in_frame(own, arc.at), arc.radius, *normals, arc.kind]
             pieces = [piece_numbers(outline, k, seen) for k in range(len(outline.points))]
             for side, chain in enumerate(chains, 1):
                 order = [(chain[0] + k) % len(pieces) for k in range(len(pieces))]
                 flags = float(is_first), float(is_first == owner_is_first)
                 counts = float(len(arcs)), float(len(chain)), float(len(pieces))
-                p = (TOLERANCE_LENGTH * size, *flags, *counts, *turning, *(x for k in order for x in pieces[k]))
+                p = (pairs.TOLERANCE_LENGTH * size, *flags, *counts, *turning, *(x for k in order for x in pieces[k]))
                 name = _label(label, side, chains)
                 own_name, laws = self.names.get(name, name), (self.normal, self.friction)
                 found.append(ContactContribution(self.name, round_gap_kernel, coordinates, p, *laws, own_name))
         return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        return pair_shapes(mechanism, self, self.first_outline, self.second_outline)
+        return pairs.pair_shapes(mechanism, self, self.first_outline, self.second_outline)
 
 
 def _label(name: str, side: int, chains: list[list[int]]) -> str:

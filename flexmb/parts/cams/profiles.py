@@ -23,11 +23,6 @@ from flexmb.parts.cams.curves import ClosedCurve, hermite_spans, sampled
 Jet = np.ndarray
 
 
-def derivatives_of(jet: Jet) -> np.ndarray:
-    """Derivatives (orders, n) of a jet."""
-    return np.array([row * math.factorial(k) for k, row in enumerate(jet)])
-
-
 def constant(value: float, like: Jet) -> Jet:
     """Jet of a constant, of the shape of another jet."""
     jet = np.zeros_like(like)
@@ -342,7 +337,7 @@ def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> Clos
             text = f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees):"
             text += " the profile would cross itself there."
             raise InputError(f"{text} Make the base radius larger, the rise slower, or the roller smaller.")
-        return np.stack([derivatives_of(px), derivatives_of(py)], axis=1)
+        return np.array([row * math.factorial(k) for k, row in enumerate(np.stack([px, py], axis=1))])
 
     found = []  # spans (n, 2, 8) of the profile over each interval of the lift law
     for piece in lift.intervals():

@@ -363,7 +363,7 @@ class PID(Controller):
             raise InputError(f"{text}. Give filter_time= in s, or rate=, the signal of the measured rate.")
         if self.rate is not None and self.filter_time is not None:
             raise InputError(f"{self.label}: rate and filter_time are both given; a measured rate is not filtered.")
-        if self.ki != 0.0 and self.is_limited and self.tracking_time is None and self.kp == 0.0 and self.kd == 0.0:
+        if self.ki != 0.0 and self.limit is not None and self.tracking_time is None and self.kp == self.kd == 0.0:
             text = f"{self.label}: tracking_time is missing, and without kp and kd it has no default"
             raise InputError(f"{text}. Give it in s, some fraction of the time that the mechanism takes.")
         if self.kd == 0.0 or self.rate is None or self.derivative_of != ERROR or not isinstance(self.target, Motion):
@@ -377,11 +377,6 @@ class PID(Controller):
                 text = f"{self.label}: the target jumps at t = {t:g} s; the derivative of its error is infinite there"
                 remedy = f"Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
                 raise InputError(f"{text}. {remedy}")
-
-    @property
-    def is_limited(self) -> bool:
-        """Whether the output has a limit."""
-        return self.limit is not None
 
     def limits(self) -> tuple[float, float]:
         """Lowest and highest output.
@@ -407,8 +402,8 @@ class PID(Controller):
         moving, measured = isinstance(self.target, Motion), self.rate is not None
         filtered = self.kd != 0.0 and not measured
         smoothing = abs(self.kd / self.kp) / FILTER_RATIO if filtered and self.filter_time is None else self.filter_time
-        tracking = self.tracking_time if self.ki != 0.0 and self.is_limited else None  # of the back-calculation
-        if self.ki != 0.0 and self.is_limited and tracking is None:
+        tracking = self.tracking_time if self.ki != 0.0 and self.limit is not None else None  # of the back-calculation
+        if self.ki != 0.0 and self.limit is not None and tracking is None:
             tracking = math.sqrt(abs(self.kd / self.ki)) if self.kd != 0.0 else abs(self.kp / self.ki)
         rates = self._frequency(tracking), self._frequency(smoothing if filtered else None)
         still = 0.0 if isinstance(self.target, Motion) else float(self.target)

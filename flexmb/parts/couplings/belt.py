@@ -200,10 +200,9 @@ class Belt(Wheels):
         k = int(np.argmax(np.abs(stretch)))
         if abs(stretch[k]) > LARGE_STRETCH:
             verb = "stretch by" if stretch[k] > 0.0 else "be too long by"
-            text = (
-                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart, "
-                f"drawn are {drawn:.4g} m: the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length."
-            )
+            text = f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m"
+            text += f" apart, drawn are {drawn:.4g} m:"
+            text += f" the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length."
             numbers = {"time": motion.times[k], "stretch": stretch[k], "limit": LARGE_STRETCH}
             yield found("unreal-motion", (self.name,), text, "Hold the axes by joints, or by an arm.", **numbers)
 

@@ -48,9 +48,8 @@ def angles_contribution(
     mechanism: Mechanism, owner: Part, factors: Sequence[tuple[Part, float]], reactions: tuple[pieces.Reaction, ...]
 ) -> pieces.ConstraintContribution:
     """Equation sum of factor times angle = its value as drawn [rad]; factors in metres make the multiplier a force."""
-    found = [
-        (*angle_of(mechanism, part.name, owner.label), factor) for part, factor in factors if part.name != GROUND.name
-    ]
+    moving = ((part.name, factor) for part, factor in factors if part.name != GROUND.name)
+    found = [(*angle_of(mechanism, name, owner.label), factor) for name, factor in moving]
     p = (*(factor for *_, factor in found), sum(factor * angle for _, angle, factor in found))
     coordinates = tuple(coordinate for coordinate, *_ in found)
     return pieces.ConstraintContribution(owner.name, angles_kernel, coordinates, p, 1, reactions=reactions)
@@ -201,12 +200,8 @@ class Coupling(Part):
             reactions.append(pieces.Reaction(f"{joint.name}_power", "W", 0, factor, rate=speed))
             rate = (angle_rate, coordinates[2::3], ()) if turns else (speed_signal, coordinates, own)
             signals.append(pieces.SignalContribution(self.name, speed, "rad/s" if turns else "m/s", *rate))
-        p, second = (tuple(numbers), 1), None if turns else coordinates[3:]
-        told = tuple(reactions)
-        return [
-            pieces.ConstraintContribution(self.name, coupling_kernel, tuple(places), *p, second, reactions=told),
-            *signals,
-        ]
+        equation = self.name, coupling_kernel, tuple(places), tuple(numbers), 1, None if turns else coordinates[3:]
+        return [pieces.ConstraintContribution(*equation, reactions=tuple(reactions)), *signals]
 
 
 LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
@@ -489,7 +484,5 @@ class Cable(PointToPoint):
         p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))
         laws, least = (self.normal, Frictionless()), abs(sum(self.radii))
         contact = pieces.ContactContribution(self.name, strand_gap_kernel, coordinates, p, *laws, period=period)
-        return [
-            contact,
-            pieces.SignalContribution(self.name, "distance", "m", strand_length, coordinates, (*offsets, least)),
-        ]
+        told = self.name, "distance", "m", strand_length, coordinates, (*offsets, least)
+        return [contact, pieces.SignalContribution(*told)]

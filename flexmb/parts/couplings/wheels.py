@@ -22,38 +22,15 @@ from flexmb.errors import InputError, ModelError
 from flexmb.fields import between, count, directed, either, field, point, positive, record, two
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    Ends,
-    JointFriction,
-    Reaction,
-    node_coordinates,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 from flexmb.model.shape import CircleShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.couplings.coupling import (
-    FIRST_ANGLE,
-    SECOND_ANGLE,
-    add_bending,
-    angle_of,
-    angles_contribution,
-    line_between,
-    rounds,
-)
-from flexmb.parts.joints.contact_point import (
-    add_curvature,
-    direction,
-    direction_row,
-    dot,
-    put_column,
-    put_eccentricity,
-    put_point,
-)
+from flexmb.parts.couplings import coupling
+from flexmb.parts.joints import contact_point
+from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.revolute import drawn_direction, drawn_theta
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 
@@ -92,11 +69,6 @@ def tooth_gap_kernel(p, q, v, out):
     put_eccentricity(out, -gap * nx, -gap * ny, -rate * nx - gap * wx, -rate * ny - gap * wy)
 
 
-def involute(angle: float) -> float:
-    """tan(angle) - angle, the roll angle of an involute less its pressure angle."""
-    return math.tan(angle) - angle
-
-
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # pressure angle of standard gears [rad] (ISO 53)
 PRESSURE_ANGLE = between(0.0, 0.25 * math.pi)
 ARM = 6  # place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in
@@ -107,7 +79,7 @@ def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """g = r1 theta1 + r2 theta2 - R phi - value; phi within half a turn of the arm's angle plus `drawn`."""
     # Equations (13.1) and (13.2) of docs/theory/wheels.md.
     r1, r2, s1x, s1y, s2x, s2y, drawn, value = p
-    D, ex, ey, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    D, ex, ey, along, across = coupling.line_between(s1x, s1y, s2x, s2y, q)
     R, expected = r1 + r2, drawn
     if q.shape[0] > ARM:
         expected += q[ARM]
@@ -118,13 +90,13 @@ def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
         G[0, i] = -R * across[i] / D
     G[0, 2] += r1
     G[0, 5] += r2
-    swing = along[FIRST_ANGLE] * v[2] * v[2] + along[SECOND_ANGLE] * v[5] * v[5]
+    swing = along[coupling.FIRST_ANGLE] * v[2] * v[2] + along[coupling.SECOND_ANGLE] * v[5] * v[5]
     gamma[0], k = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D, lam[0] * R / D
     for i in range(6):
         for j in range(6):
             H[i, j] = k * (along[i] * across[j] + across[i] * along[j]) / D
-    H[2, 2] -= k * along[FIRST_ANGLE]
-    H[5, 5] -= k * along[SECOND_ANGLE]
+    H[2, 2] -= k * along[coupling.FIRST_ANGLE]
+    H[5, 5] -= k * along[coupling.SECOND_ANGLE]
 
 
 @compiled
@@ -135,7 +107,7 @@ def put_along(w, slope, D, along, across, out, H):
         out[SLIDING + i] = w * along[i]
         for j in range(6):
             H[i, j] = slope * along[i] * along[j]
-    add_bending(w, D, across, H)
+    coupling.add_bending(w, D, across, H)
 
 
 @compiled
@@ -150,7 +122,7 @@ def put_size(force, share, least, out):
 def tooth_pressure(p, q, lam, out, H):
     """Teeth part the wheels by |F| w, w = R tan(alpha)/D, cos alpha = base/D; R < 0: a ring draws its wheel inwards."""
     s1x, s1y, s2x, s2y, R, base = p
-    D, _, _, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    D, _, _, along, across = coupling.line_between(s1x, s1y, s2x, s2y, q)
     cos_a = min(base / D, STEEPEST)
     square = 1.0 / (cos_a * cos_a) - 1.0  # of tan alpha
     w = R * math.sqrt(square) / D
@@ -162,7 +134,7 @@ def tooth_pressure(p, q, lam, out, H):
 def strand_pull(p, q, lam, out, H):
     """Both strands pull with the mean tension, |F|/2 or the pretension: w = -dL/dD = -2 sqrt(1 - (R/D)^2)."""
     s1x, s1y, s2x, s2y, R, pretension = p
-    D, _, _, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    D, _, _, along, across = coupling.line_between(s1x, s1y, s2x, s2y, q)
     root = math.sqrt(max(1.0 - R * R / (D * D), 0.0))
     put_size(lam[0], 0.5, pretension, out)
     put_along(-2.0 * root, -2.0 * R * R / (D * D * D * root) if root > 0.0 else 0.0, D, along, across, out, H)
@@ -232,7 +204,7 @@ class Wheels(Part):
         """Finding on a line of centres that goes round without an arm."""
         drawn, hint = np.diff(self._axes(mechanism), axis=0)[0], "Give arm=, the body that carries the axes."
         if self.arm.name == GROUND.name and np.abs(drawn).max() > COAXIAL:
-            yield from rounds(self, motion, self._mounts(mechanism), 0.0, drawn, hint)
+            yield from coupling.rounds(self, motion, self._mounts(mechanism), 0.0, drawn, hint)
 
     def _axes(self, mechanism: Mechanism) -> list[Point]:
         """Centres of both wheels in the reference configuration [m]."""
@@ -258,10 +230,10 @@ class Wheels(Part):
         node = body.node(body.main)
         return node.x, node.y
 
-    def _mounts(self, mechanism: Mechanism) -> Ends:
+    def _mounts(self, mechanism: Mechanism) -> pieces.Ends:
         """Centres of both wheels as points of their bodies."""
         wheels = zip((self.first, self.second), self._axes(mechanism), strict=True)
-        return Ends(*(mechanism.body(wheel.name, self.label).attach(self.label, centre) for wheel, centre in wheels))
+        return pieces.Ends(*(mechanism.body(wheel.name, self.label).attach(self.label, at) for wheel, at in wheels))
 
     def _circles(self, mechanism: Mechanism, radii: Point) -> Shapes:
         """Pitch circles with the radii [m] about the centres of the wheels that move."""
@@ -270,7 +242,7 @@ class Wheels(Part):
 
     def _rolling(
         self, mechanism: Mechanism, radii: Point, along: tuple[Kernel, tuple[float, ...]] | None
-    ) -> ConstraintContribution:
+    ) -> pieces.ConstraintContribution:
         """Equation r1 theta1 + r2 theta2 - (r1 + r2) phi = constant, with the direction phi of the line of centres."""
         # radii : of the wheels [m], negative for a wheel that turns with the first one;  along : kernel of the force
         # along the line of centres, and its parameters behind the points
@@ -279,23 +251,24 @@ class Wheels(Part):
             # shafts in line: the angle of the arm for phi, whose casing takes the difference of torques
             factors = list(zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True))
             second = -1 if self.second.name == GROUND.name else int(self.first.name != GROUND.name)
-            return angles_contribution(mechanism, self, factors, _reactions(radii, second))
+            return coupling.angles_contribution(mechanism, self, factors, _reactions(radii, second))
         coordinates, offsets, phi, drawn = ends.coordinates, ends.offsets, math.atan2(y2 - y1, x2 - x1), 0.0
         if self.arm.name != GROUND.name:
-            arm, drawn = angle_of(mechanism, self.arm.name, self.label)
+            arm, drawn = coupling.angle_of(mechanism, self.arm.name, self.label)
             coordinates = (*coordinates, arm)
         turns = [drawn_theta(mechanism, end) for end in ends]
         level = radii[0] * turns[0] + radii[1] * turns[1] - sum(radii) * phi
-        push = JointFriction(along[0], (*offsets, *along[1]), Push(), ("", "")) if along else None
+        push = pieces.JointFriction(along[0], (*offsets, *along[1]), Push(), ("", "")) if along else None
         told = _reactions(radii, -1 if ends.second.part == GROUND.name else 5)
         own = self.name, rolling_kernel, coordinates, (*radii, *offsets, phi - drawn, level), 1, ends.second.coordinates
-        return ConstraintContribution(*own, joint_friction=push, reactions=told)
+        return pieces.ConstraintContribution(*own, joint_friction=push, reactions=told)
 
 
-def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
+def _reactions(radii: Point, place: int) -> tuple[pieces.Reaction, ...]:
     """Tangential force, torques on both wheels, power of the second wheel, whose angle stands at `place`."""
-    torques = (Reaction(f"{side}_torque", "N m", 0, r) for side, r in zip(("first", "second"), radii, strict=True))
-    return (Reaction("force", "N", 0, 1.0), *torques, Reaction("power", "W", 0, radii[1] if place >= 0 else 0.0, place))
+    torques = zip(("first_torque", "second_torque"), radii, strict=True)
+    power = pieces.Reaction("power", "W", 0, radii[1] if place >= 0 else 0.0, place)
+    return (pieces.Reaction("force", "N", 0, 1.0), *(pieces.Reaction(name, "N m", 0, r) for name, r in torques), power)
 
 
 def _pins(mechanism: Mechanism, body: Part) -> list[Joint]:
@@ -419,7 +392,7 @@ class Gear(Wheels):
     def shapes(self, mechanism: Mechanism) -> Shapes:
         return self._circles(mechanism, self.radii(mechanism))
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         r1, r2 = self.signed_radii(mechanism)
         R = math.copysign(r1 + r2, r2) if self.internal else r1 + r2
         base = planar.distance(*self._axes(mechanism)) * math.cos(self.pressure_angle)
@@ -440,12 +413,13 @@ class Gear(Wheels):
         c = math.cos(self.pressure_angle)
         direction = math.atan2(second.y - first.y, second.x - first.x)
         offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))
-        coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
+        coordinates = (*pieces.node_coordinates(one.name, first.name), *pieces.node_coordinates(two.name, second.name))
         play = self.backlash, 0.5 * self.backlash * c, r1 * c, r2 * c
-        rest = involute(self.pressure_angle), offset, pitch * c
+        rest = math.tan(self.pressure_angle) - self.pressure_angle, offset, pitch * c
         flanks = ((name, (*play, side, *rest)) for name, side in FLANKS.items())
         own, laws = (self.name, tooth_gap_kernel, coordinates), (self.normal, Frictionless())
-        return [*(ContactContribution(*own, p, *laws, name) for name, p in flanks), replace(ideal, holds="closed")]
+        contacts = (pieces.ContactContribution(*own, p, *laws, name) for name, p in flanks)
+        return [*contacts, replace(ideal, holds="closed")]
 
 
 PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark
@@ -455,7 +429,7 @@ PARTED = 0.05  # error of the distance of the pinion from the pitch line over it
 def rack_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Travel of the pinion's centre along the rack, plus signed radius times relative angle, is constant."""
     ux, uy, s1x, s1y, s2x, s2y, radius, value = p
-    direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    contact_point.direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
     g[0] += radius * (q[5] - q[2]) - value
     G[0, 2] -= radius
     G[0, 5] += radius
@@ -526,7 +500,7 @@ class Rack(Part):
             remedy, numbers = "Hold the distance by a joint or guide.", {"distance": across[k], "radius": radius}
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], **numbers)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
         end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
         angle, radius = math.atan2(self.along[1], self.along[0]), self.radius(mechanism)
@@ -534,11 +508,11 @@ class Rack(Part):
         value = travel + radius * (node.theta - rack.node(end.node).theta)
         u = drawn_direction(mechanism, end, self.along)
         coordinates = (*end.coordinates, *((pinion.name, pinion.main, axis) for axis in (0, 1, 2)))
-        power = Reaction("power", "W", on=(3, 4, 5), power=True)
-        reactions = (Reaction("force", "N", 0, 1.0), Reaction("torque", "N m", 0, radius), power)
+        power = pieces.Reaction("power", "W", on=(3, 4, 5), power=True)
+        reactions = (pieces.Reaction("force", "N", 0, 1.0), pieces.Reaction("torque", "N m", 0, radius), power)
         p = (*u, *end.offset, 0.0, 0.0, radius, value)
         off = math.copysign(math.tan(self.pressure_angle), radius)
-        push = JointFriction(rack_pressure, (-u[1], u[0], *p[2:6], off), Push(), ("", ""))
+        push = pieces.JointFriction(rack_pressure, (-u[1], u[0], *p[2:6], off), Push(), ("", ""))
         own = self.name, rack_kernel, coordinates, p, 1, end.coordinates
-        piece = ConstraintContribution(*own, reactions=reactions)
+        piece = pieces.ConstraintContribution(*own, reactions=reactions)
         return [replace(piece, joint_friction=push) if off else piece]

@@ -421,10 +421,8 @@ class Table(Points):
         if t > self.times[-1] and not self.periodic and abs(value - values[-1]) > MOST_OVERSHOOT * np.ptp(values):
             text = f"The table of {part!r} ends at t = {self.times[-1]:.6g} s with {values[-1]:.4g}; it went on at its"
             text += f" last slope to {value:.4g} at t = {t:.6g} s."
-            remedy = (
-                "Give points up to the end of the run or slopes=(..., 0.0); PiecewiseLinear, for loads, stays at its "
-            )
-            yield found("short-table", (part,), text, f"{remedy}last value.", time=t, value=value)
+            remedy = "Give points up to the end of the run or slopes=(..., 0.0); PiecewiseLinear, for loads, stays"
+            yield found("short-table", (part,), text, f"{remedy} at its last value.", time=t, value=value)
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Begin and end of a table that is not repeated; the end lies just after its last instant."""

@@ -69,17 +69,9 @@ def put_side_columns(out, nx, ny, bx, by):
 @compiled
 def difference_column(j, ax, ay, bx, by):
     """Derivatives by coordinate j of a vector between points with arms (ax, ay), (bx, by), and of its first point."""
-    if j == 0:
-        return -1.0, 0.0, 1.0, 0.0
-    if j == 1:
-        return 0.0, -1.0, 0.0, 1.0
-    if j == 2:
-        return ay, -ax, -ay, ax
-    if j == 3:
-        return 1.0, 0.0, 0.0, 0.0
-    if j == 4:
-        return 0.0, 1.0, 0.0, 0.0
-    return -by, bx, 0.0, 0.0
+    first = (-1.0, 0.0, 1.0, 0.0), (0.0, -1.0, 0.0, 1.0), (ay, -ax, -ay, ax)
+    second = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (-by, bx, 0.0, 0.0)
+    return (first + second)[j]
 
 
 # Distance of a point of the second node along a direction of the first: value, gradient, second derivatives
@@ -194,9 +186,7 @@ JOINT_FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or
 def check_friction(joint: Any, size: str) -> None:
     """Check friction law, `size` of the surfaces and preload: all given, or none."""
     value = getattr(joint, size)
-    if joint.friction is None:
-        if value is not None or joint.preload:
-            raise InputError(f"{joint.label}: {size} and preload belong to friction; give friction=..., or leave them.")
-        return
-    if value is None:
+    if joint.friction is None and (value is not None or joint.preload):
+        raise InputError(f"{joint.label}: {size} and preload belong to friction; give friction=..., or leave them.")
+    if joint.friction is not None and value is None:
         raise InputError(f"{joint.label}: {size} is missing, which friction needs; give {size}=... in m.")

@@ -11,16 +11,7 @@ from flexmb import checks, places
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import directed, field, instance, not_negative, point, positive, record
 from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel, signal_kernel
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    Coordinate,
-    JointFriction,
-    RowMotion,
-    SignalContribution,
-    signal_contributions,
-)
+from flexmb.model import contributions as pieces
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint, Part
@@ -82,13 +73,13 @@ def speed_signal(p, t, q, v, a):
 
 
 def travel_contributions(
-    part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]
-) -> tuple[SignalContribution, SignalContribution]:
+    part: str, coordinates: tuple[pieces.Coordinate, ...], p: tuple[float, ...]
+) -> tuple[pieces.SignalContribution, pieces.SignalContribution]:
     """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first."""
     # `coordinates` are the six of both nodes, `p` the direction of the line and both points in the frames of their
     # nodes.
-    travel = SignalContribution(part, "travel", "m", travel_signal, coordinates, p)
-    return travel, SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p)
+    travel = pieces.SignalContribution(part, "travel", "m", travel_signal, coordinates, p)
+    return travel, pieces.SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p)
 
 
 @record
@@ -116,11 +107,12 @@ class Guide(OnLine):
     at: Any = field("the joint's point; None: the main node of the second body", "m", point, default=None)
     along: tuple[float, float] = field("direction of the guide", rule=directed, default=(1.0, 0.0))
 
-    def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
+    def ideal(self, mechanism: Mechanism) -> pieces.ConstraintContribution:
         """The two constraint equations of a slider without clearance in `mechanism`."""
         ends = self.ends(mechanism)
-        own = ends.coordinates, (*self.line(mechanism), drawn_angle(mechanism, ends)), 2, ends.second.coordinates, 1
-        return ConstraintContribution(self.name, guide_kernel, *own, columns=OF_GUIDE, curved=BY_TURN, known=GUIDE)
+        p = *self.line(mechanism), drawn_angle(mechanism, ends)
+        own = self.name, guide_kernel, ends.coordinates, p, 2, ends.second.coordinates, 1
+        return pieces.ConstraintContribution(*own, columns=OF_GUIDE, curved=BY_TURN, known=GUIDE)
 
 
 @record
@@ -151,18 +143,18 @@ class Prismatic(Guide):
         super().__post_init__()
         contact_point.check_friction(self, "length")
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         ideal, line = self.ideal(mechanism), self.line(mechanism)
         signals = travel_contributions(self.name, ideal.coordinates, line)
         if self.friction is None or self.length is None:
             return [ideal, *signals]
-        p = (*line, self.length, self.preload)
-        return [replace(ideal, joint_friction=JointFriction(contact_point.guide_friction, p, self.friction)), *signals]
+        rubs = contact_point.guide_friction, (*line, self.length, self.preload), self.friction
+        return [replace(ideal, joint_friction=pieces.JointFriction(*rubs)), *signals]
 
-    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
+    def drive_contribution(self, mechanism: Mechanism) -> pieces.ConstraintContribution | None:
         ends = self.ends(mechanism)
         own = self.name, travel_kernel, ends.coordinates, self.line(mechanism), 1, ends.second.coordinates
-        return ConstraintContribution(*own, is_drive=True, drive_units=("m", "N"))
+        return pieces.ConstraintContribution(*own, is_drive=True, drive_units=("m", "N"))
 
 
 def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
@@ -232,13 +224,13 @@ class Clamp(Joint):
         if all(motion is None for motion in given.values()):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         ends = self.ends(mechanism)
         p = (*ends.offsets, drawn_angle(mechanism, ends))
-        driven = ((row, getattr(self, name), name, units) for row, (name, *units) in enumerate(ROWS))
-        motions = tuple(RowMotion(row, law, name, (u, f)) for row, law, name, (u, f) in driven if law is not None)
+        driven = ((row, getattr(self, name), name, (u, f)) for row, (name, u, f) in enumerate(ROWS))
+        motions = tuple(pieces.RowMotion(*each) for each in driven if each[1] is not None)
         own = self.name, clamp_kernel, ends.coordinates, p, 3, ends.second.coordinates
-        return [ConstraintContribution(*own, moment_row=2, motions=motions)]
+        return [pieces.ConstraintContribution(*own, moment_row=2, motions=motions)]
 
 
 CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
@@ -283,9 +275,7 @@ def slider_signal(p, t, q, v, a):
     touching = upper + lower
     if touching <= 1:
         return float(touching)
-    if touching > 2:
-        return 4.0
-    return 2.0 if upper == lower else 3.0
+    return 4.0 if touching > 2 else (2.0 if upper == lower else 3.0)
 
 
 SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))  # the mode is the last one
@@ -349,13 +339,13 @@ class PrismaticClearance(Guide):
 
         return worn(self, PrismaticClearance, WornGuide, wear=wear, worn_length=length)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         ideal, p = self.ideal(mechanism), self.line(mechanism)
         coordinates, angle = ideal.coordinates, ideal.p[-1]
         mx, my, s1x, s1y, s2x, s2y = p
         turn = -angle  # of the guide's direction, seen from the frame of the slider
         ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
-        normal, found = self.normal, list[Contribution]()
+        normal, found = self.normal, list[pieces.Contribution]()
         if self.corner_radius is not None:  # of a corner on a flat side
             normal = normal.for_radii(math.inf, self.corner_radius)
         else:
@@ -369,9 +359,9 @@ class PrismaticClearance(Guide):
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
             numbers = (self.play, self.half_height, across, mx, my, s1x, s1y, *corner)
             laws = normal, self.friction, name
-            found.append(ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws))
+            found.append(pieces.ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws))
         values = (*p, angle, self.play, self.half_length, self.half_height)
-        *told, mode = signal_contributions(self.name, slider_signal, SIGNALS, coordinates, values)
+        *told, mode = pieces.signal_contributions(self.name, slider_signal, SIGNALS, coordinates, values)
         found += [*told, replace(mode, is_mode=True)]
         _, speed = travel_contributions(self.name, coordinates, p)
         friction = rubbing(self.friction, contact_point.guide_friction, (*p, 2.0 * self.half_length, 0.0))
@@ -436,9 +426,8 @@ def slot_gap_kernel(p, q, v, out):
         else:
             turn = (nx * gy - ny * gx) / size
             nqx, nqy = -ny * turn, nx * turn
-        contact_point.put_column(
-            out, j, nqx, nqy, Xq + ahead * nqx - 0.5 * grows * nx, Yq + ahead * nqy - 0.5 * grows * ny
-        )
+        px, py = Xq + ahead * nqx - 0.5 * grows * nx, Yq + ahead * nqy - 0.5 * grows * ny
+        contact_point.put_column(out, j, nqx, nqy, px, py)
 
 
 @record
@@ -458,9 +447,9 @@ class PinSlot(OnLine):
 
     kind = "slot"
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         coordinates, p = self.ends(mechanism).coordinates, self.line(mechanism)
-        row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
+        row = pieces.ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, *travel_contributions(self.name, coordinates, p)]
 
 
@@ -505,13 +494,13 @@ class PinSlotClearance(PinSlot):
 
         return worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         p = self.line(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)
         sizes, laws = (self.clearance, reach, self.pin_radius), (normal, self.friction)
         row, *signals = super().contributions(mechanism)
         friction = rubbing(self.friction, slot_friction, (*p, self.pin_radius))
-        ideal = replace(cast("ConstraintContribution", row), joint_friction=friction, holds="closed")
-        contact = ContactContribution(self.name, slot_gap_kernel, ideal.coordinates, (*sizes, *p), *laws)
+        ideal = replace(cast("pieces.ConstraintContribution", row), joint_friction=friction, holds="closed")
+        contact = pieces.ContactContribution(self.name, slot_gap_kernel, ideal.coordinates, (*sizes, *p), *laws)
         return [contact, *signals, ideal]

@@ -139,10 +139,8 @@ class Revolute(Joint):
 
     def drive_contribution(self, mechanism: Mechanism) -> pieces.ConstraintContribution | None:
         ends = self.ends(mechanism)
-        p = (drawn_angle(mechanism, ends),)
-        return pieces.ConstraintContribution(
-            self.name, angle_kernel, ends.coordinates[2::3], p, 1, is_drive=True, curved=(), known=ANGLE
-        )
+        own = self.name, angle_kernel, ends.coordinates[2::3], (drawn_angle(mechanism, ends),), 1
+        return pieces.ConstraintContribution(*own, is_drive=True, curved=(), known=ANGLE)
 
 
 @record

@@ -24,14 +24,7 @@ from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, refuse_one_body
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.contact_point import (
-    arms_of,
-    difference_column,
-    put_column,
-    put_eccentricity,
-    put_point,
-    put_side_columns,
-)
+from flexmb.parts.joints import contact_point as touch
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle, drawn_direction
 from flexmb.places import GAP, GAP_RATE
@@ -54,7 +47,7 @@ def strand_gap_kernel(p, q, v, out):
     # The angle psi counts from `drawn`, within half a turn. Both forces act at the point where the first drum is left.
     # Equation (13.4) of docs/theory/wheels.md.
     _, side, value, s1x, s1y, s2x, s2y, R1, R2, drawn = p
-    ax, ay, bx, by, dx, dy = arms_of(s1x, s1y, s2x, s2y, q)
+    ax, ay, bx, by, dx, dy = touch.arms_of(s1x, s1y, s2x, s2y, q)
     R = R1 + R2
     ux, uy, size, inverse = strand(R, dx, dy)
     drawn_out = size
@@ -63,15 +56,15 @@ def strand_gap_kernel(p, q, v, out):
         turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
         drawn_out += R1 * (q[2] - turn) + R2 * (q[5] - turn)
     nx, ny = side * ux, side * uy
-    put_point(out, q, v, side * (value - drawn_out), nx, ny, q[0] + ax - R1 * uy, q[1] + ay + R1 * ux)
+    touch.put_point(out, q, v, side * (value - drawn_out), nx, ny, q[0] + ax - R1 * uy, q[1] + ay + R1 * ux)
     vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
     swing = (ux * vy - uy * vx) * inverse
     longer = ux * vx + uy * vy + R * swing
-    put_eccentricity(out, size * ux, size * uy, longer * ux - size * swing * uy, longer * uy + size * swing * ux)
+    touch.put_eccentricity(out, size * ux, size * uy, longer * ux - size * swing * uy, longer * uy + size * swing * ux)
     for j in range(6):
-        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of d and of the first centre
+        gx, gy, Xq, Yq = touch.difference_column(j, ax, ay, bx, by)  # of d and of the first centre
         turn = (ux * gy - uy * gx) * inverse
-        put_column(out, j, -ny * turn, nx * turn, Xq - R1 * turn * ux, Yq - R1 * turn * uy)
+        touch.put_column(out, j, -ny * turn, nx * turn, Xq - R1 * turn * ux, Yq - R1 * turn * uy)
 
 
 @signal_kernel
@@ -93,7 +86,7 @@ NO_CLEARANCE = 0.0  # first parameter p of a contact without a clearance [m]
 def put_gap_vector(out, nx, ny, turn):
     """Vector from the face of the first body to that of the second, -gap n, and its rate; n turns with speed `turn`."""
     gap, rate = out[GAP], out[GAP_RATE]
-    put_eccentricity(out, -gap * nx, -gap * ny, -rate * nx + gap * turn * ny, -rate * ny - gap * turn * nx)
+    touch.put_eccentricity(out, -gap * nx, -gap * ny, -rate * nx + gap * turn * ny, -rate * ny - gap * turn * nx)
 
 
 @gap_kernel
@@ -102,22 +95,22 @@ def turn_gap_kernel(p, q, v, out):
     # n is fixed to the first body, across the direction from the pin to its face. The play of the pin along n counts,
     # so the gradient of the gap belongs to one contact point for any positions.
     _, side, limit, radius, dx, dy, s1x, s1y, s2x, s2y = p
-    ax, ay, bx, by, wx, wy = arms_of(s1x, s1y, s2x, s2y, q)  # (wx, wy): play of the pin
+    ax, ay, bx, by, wx, wy = touch.arms_of(s1x, s1y, s2x, s2y, q)  # (wx, wy): play of the pin
     c1, d1 = math.cos(q[2]), math.sin(q[2])
     ex, ey = c1 * dx - d1 * dy, d1 * dx + c1 * dy
     nx, ny = -side * ey, side * ex
     reach = radius + ex * wx + ey * wy
     X, Y = q[0] + ax + reach * ex, q[1] + ay + reach * ey
-    put_point(out, q, v, side * radius * (limit - q[5] + q[2]) - nx * wx - ny * wy, nx, ny, X, Y)
+    touch.put_point(out, q, v, side * radius * (limit - q[5] + q[2]) - nx * wx - ny * wy, nx, ny, X, Y)
     put_gap_vector(out, nx, ny, v[2])
     for j in range(6):
-        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of the play, and of the pin on the first body
+        gx, gy, Xq, Yq = touch.difference_column(j, ax, ay, bx, by)  # of the play, and of the pin on the first body
         longer = ex * gx + ey * gy
         if j == 2:
             longer += ex * wy - ey * wx
-            put_column(out, j, -ny, nx, Xq + longer * ex - reach * ey, Yq + longer * ey + reach * ex)
+            touch.put_column(out, j, -ny, nx, Xq + longer * ex - reach * ey, Yq + longer * ey + reach * ex)
         else:
-            put_column(out, j, 0.0, 0.0, Xq + longer * ex, Yq + longer * ey)
+            touch.put_column(out, j, 0.0, 0.0, Xq + longer * ex, Yq + longer * ey)
 
 
 @gap_kernel
@@ -129,9 +122,9 @@ def travel_gap_kernel(p, q, v, out):
     bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
     X, Y = q[3] + bx, q[4] + by
     wx, wy = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
-    put_point(out, q, v, side * limit - nx * wx - ny * wy, nx, ny, X, Y)
+    touch.put_point(out, q, v, side * limit - nx * wx - ny * wy, nx, ny, X, Y)
     put_gap_vector(out, nx, ny, v[2])
-    put_side_columns(out, nx, ny, bx, by)
+    touch.put_side_columns(out, nx, ny, bx, by)
 
 
 def own_stiffness(label: str, name: str, law: Any, *_: str) -> NormalLaw:

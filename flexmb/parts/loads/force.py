@@ -128,10 +128,8 @@ class Force(Part):
         if self.follower:
             kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
         place, p = end.coordinates, (*force, *end.offset)
-        own = (*p, float(self.follower))
-        signals = pieces.signal_contributions(
-            self.name, force_signal, FORCE_SIGNALS, place, own, use_of_factor=pieces.MULTIPLIES
-        )
+        own = self.name, force_signal, FORCE_SIGNALS, place, (*p, float(self.follower))
+        signals = pieces.signal_contributions(*own, use_of_factor=pieces.MULTIPLIES)
         return [pieces.ElementContribution(self.name, kernel, place, p, factor=self.history), *signals]
 
 
@@ -191,11 +189,10 @@ class Torque(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[pieces.Contribution]:
         body = mechanism.body(self.body.name, self.label)
         theta = ((body.name, body.main if self.at is None else body.attach(self.label, self.at).node, 2),)
-        p = (self.torque,)
-        signals = pieces.signal_contributions(
-            self.name, torque_signal, TORQUE_SIGNALS, theta, p, use_of_factor=pieces.MULTIPLIES
-        )
-        return [pieces.ElementContribution(self.name, torque_kernel, theta, p, factor=self.history), *signals]
+        own = theta, (self.torque,)
+        told = pieces.MULTIPLIES
+        signals = pieces.signal_contributions(self.name, torque_signal, TORQUE_SIGNALS, *own, use_of_factor=told)
+        return [pieces.ElementContribution(self.name, torque_kernel, *own, factor=self.history), *signals]
 
 
 # Springs whose rest length or rest angle moves: the force by which the moving end differs from a fixed one

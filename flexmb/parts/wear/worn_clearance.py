@@ -210,12 +210,9 @@ def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> n
     for a, b in pairwise(kept):
         skipped = np.arange(a + 1, b if b > a else b + n) % n
         if len(skipped):
-            across = x[a] * y[b] - y[a] * x[b]
-            corner = (
-                ((clearance + h[a]) * y[b] - (clearance + h[b]) * y[a]) / across,
-                ((clearance + h[b]) * x[a] - (clearance + h[a]) * x[b]) / across,
-            )
-            reached[skipped] = np.minimum(h[skipped], corner[0] * x[skipped] + corner[1] * y[skipped] - clearance)
+            across, one, two = x[a] * y[b] - y[a] * x[b], clearance + h[a], clearance + h[b]
+            X, Y = (one * y[b] - two * y[a]) / across, (two * x[a] - one * x[b]) / across  # the corner
+            reached[skipped] = np.minimum(h[skipped], X * x[skipped] + Y * y[skipped] - clearance)
     return reached
 
 
@@ -345,12 +342,9 @@ class WornClearance(WornJoint, RevoluteClearance):
         ends = self.ends(mechanism)
         coordinates, p = ends.coordinates, self.numbers(ends.first.offset, ends.second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
-        return [
-            ContactContribution(self.name, worn_gap_kernel, coordinates, p, normal, self.friction),
-            angle_contribution(self.name, mechanism, ends),
-            self._held(mechanism, ends),
-            *signal_contributions(self.name, worn_signal, SIGNALS, coordinates, p[:CHOSEN], behind=p[TABLES:]),
-        ]
+        contact = ContactContribution(self.name, worn_gap_kernel, coordinates, p, normal, self.friction)
+        signals = signal_contributions(self.name, worn_signal, SIGNALS, coordinates, p[:CHOSEN], behind=p[TABLES:])
+        return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, ends), *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002
         """Finding on a width that is not given."""

@@ -149,9 +149,7 @@ def worn_guide_mode(p, t, q, v, a):
             upper += touching
         else:
             lower += touching
-    if upper + lower > 2:
-        return 4.0
-    return 3.0 if upper == 2 or lower == 2 else float(upper + lower)
+    return 4.0 if upper + lower > 2 else (3.0 if upper == 2 or lower == 2 else float(upper + lower))
 
 
 UPPER, LOWER = "upper", "lower"  # names of the sides: upper is left of `along`
@@ -212,9 +210,8 @@ class WornSides(WornJoint):
             if k * self.step >= radius:
                 break
             lift = radius - np.sqrt(radius * radius - (k * self.step) ** 2)
-            for beside in (slice(k, None), slice(None, -k)):
-                other = slice(None, -k) if beside.start else slice(k, None)
-                np.minimum(reached[:, other], depths[:, beside] + lift, out=reached[:, other])
+            np.minimum(reached[:, :-k], depths[:, k:] + lift, out=reached[:, :-k])
+            np.minimum(reached[:, k:], depths[:, :-k] + lift, out=reached[:, k:])
             reached[:, :k], reached[:, -k:] = np.minimum(reached[:, :k], lift), np.minimum(reached[:, -k:], lift)
         return reached
 
@@ -267,10 +264,9 @@ class WornSides(WornJoint):
                 p, prefix = self._on_sides(*one.p), f"{one.name}." if one.name else ""
                 corners += p
                 found.append(replace(one, gap=worn_side_gap_kernel, p=p))
-                told, behind = [(prefix + name, unit) for name, unit in SIGNALS[: 1 + len(self.where)]], p[DEPTHS:]
-                found += signal_contributions(
-                    self.name, worn_side_signal, told, one.coordinates, p[:CHOSEN], behind=behind
-                )
+                told = [(prefix + name, unit) for name, unit in SIGNALS[: 1 + len(self.where)]]
+                own = self.name, worn_side_signal, told, one.coordinates, p[:CHOSEN]
+                found += signal_contributions(*own, behind=p[DEPTHS:])
             elif isinstance(one, SignalContribution) and one.is_mode:
                 found.append(replace(one, kernel=worn_guide_mode, p=corners))
             else:

@@ -62,10 +62,9 @@ class Wear(Input, Shown):
             raise InputError(f"{name}: bins is {self.bins}; give at most {MOST_BINS}, 360 to 720 are usual.")
         if (self.bearing > 0.0) == (self.journal > 0.0):
             both = self.bearing > 0.0
-            raise InputError(
-                f"{name}: bearing and journal are {'both above' if both else 'both'} 0; one of the two surfaces wears. "
-                + ("Give the sum of both to the softer one." if both else "Give bearing=..., e.g. 1e-13 1/Pa.")
-            )
+            text = f"{name}: bearing and journal are {'both above' if both else 'both'} 0; one of the two surfaces"
+            more = "Give the sum of both to the softer one." if both else "Give bearing=..., e.g. 1e-13 1/Pa."
+            raise InputError(f"{text} wears. {more}")
 
     @property
     def coefficient(self) -> float:

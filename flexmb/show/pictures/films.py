@@ -569,10 +569,8 @@ class Export(Glb):
         names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
         turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
         rim = np.column_stack([np.cos(turn), np.sin(turn)])
-        meshes = {
-            material: self.mesh("pin", *_prism(1.6 * self._half * rim, 1.3 * self._half), material)
-            for material in {red if m.kind == "clearance" else dark for m in self._scene.marks if m.kind != "journal"}
-        }
+        used = {red if mark.kind == "clearance" else dark for mark in self._scene.marks if mark.kind != "journal"}
+        meshes = {m: self.mesh("pin", *_prism(1.6 * self._half * rim, 1.3 * self._half), m) for m in used}
         for mark in self._scene.marks:
             if mark.kind != "journal" and mark.part in names:
                 node = self.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])

@@ -446,17 +446,14 @@ def plot_journal(
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
     figure, ax = style.panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
     turn, label = np.linspace(0.0, 2.0 * np.pi, 361), f"clearance {radius:.3g} m"
-    ax.plot(
-        radius * np.cos(turn), radius * np.sin(turn), color=style.CLEARANCE, linewidth=1.4, linestyle="--", label=label
-    )
+    x, y = radius * np.cos(turn), radius * np.sin(turn)
+    ax.plot(x, y, color=style.CLEARANCE, linewidth=1.4, linestyle="--", label=label)
     ax.plot(ex, ey, color=style.COLOURS[0], linewidth=0.7, label="orbit")
     ax.plot(ex[touching], ey[touching], ".", color="black", markersize=2.5, linestyle="none", label="contact")
     if film is not None:
         k = int(film.argmin())
         label = f"thinnest film {film[k]:.3g} m"
-        ax.plot(
-            ex[k], ey[k], "o", color=style.COLOURS[1], markersize=6.0, linestyle="none", fillstyle="none", label=label
-        )
+        ax.plot(ex[k], ey[k], "o", color=style.COLOURS[1], markersize=6.0, fillstyle="none", label=label)
     ax.set_aspect("equal", adjustable="datalim")
     style.label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
     style.label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)

@@ -300,8 +300,7 @@ def least_norm(
     needed = np.setdiff1d(np.arange(program.n_c), surplus_rows(G))
     found = bordered_solution(M, G[needed], np.concatenate([-system.force, system.gamma[needed]]))
     if found is None:
-        text = f"Start accelerations of {program.name!r}: the matrix is singular"
-        raise SolveError(f"{text}. Give every body some mass.")
+        raise SolveError(f"Start accelerations of {program.name!r}: the matrix is singular. Give every body some mass.")
     a = found[: program.n_q]
     return a, np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=RANK_TOLERANCE)[0]
 
@@ -408,13 +407,11 @@ def check_independent(
     listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
     drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
     if len(surplus_rows(system.at(shaken_pose(program, q)).blocks[1])) < count:
+        text = f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, and the"
+        text += " motion can branch. Start a little beside it (e.g. another crank angle), or, if the links are parallel"
+        text += " on purpose, remove one joint or make a link flexible"
         remedy = "; redundant='least-norm' is for joints that repeat one another in every pose."
-        raise AssemblyError(
-            f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
-            "and the motion can branch. Start a little beside it (e.g. another crank angle), or, if the links are "
-            "parallel on purpose, remove one joint or make a link flexible"
-            + (remedy if least_norm else ", or simulate(..., redundant='least-norm').")
-        )
+        raise AssemblyError(text + (remedy if least_norm else ", or simulate(..., redundant='least-norm')."))
     fewer = f"a drive ({', '.join(drives)})" if drives else "one"
     text = f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} repeat one another."
     text += f" Remove {fewer}, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
