@@ -349,9 +349,9 @@ def _nine_bar(*, flexible: bool) -> list[Runner]:
 PLAYS = np.linspace(0.05e-3, 0.5e-3, 16).tolist()
 
 
-def _our_point(clearance: float, step) -> float:
+def _our_point(clearance: float, step, **how) -> float:
     """Peak force of one point; the model is built and compiled here, the code is not."""
-    return _finished(m.worn(0.0, clearance), t_end=TWO_TURNS, save=1, step=step).peak("C.normal_force").value
+    return _finished(m.worn(0.0, clearance), t_end=TWO_TURNS, save=1, step=step, **how).peak("C.normal_force").value
 
 
 def _their_point(clearance: float) -> int:
@@ -408,6 +408,7 @@ def _sweep() -> list[Runner]:
     settings = {"h = 1e-5": 1e-5, "default": None}
     settings |= {f"rtol = {label}": fm.Adaptive(rtol=float(label)) for label in ("1e-3", "3e-3", "1e-2", "2e-2")}
     points = {label: partial(_our_point, step=step) for label, step in settings.items()}
+    points |= {f"order 8, {label}": partial(_our_point, **how) for label, how in ORDER_EIGHT.items()}
     default, cpu, clock = points["default"], time.process_time, time.perf_counter
     alone = [Runner("flexmb", label, partial(swept, p, cpu), partial(values, p)) for label, p in points.items()]
     return [
@@ -606,6 +607,7 @@ ROWS = {
                 Wish("h = 1e-5", 5.0, "h = 1e-5", SAME),
                 Wish("h = 1e-5", 5.0, "default", "more accurate"),
                 Wish("h = 1e-5", 5.0, "rtol = 1e-3", "more accurate"),
+                Wish("h = 1e-5", 5.0, "order 8, rtol = 1e-2", "more accurate"),
             ),
             note=SWEEP_NOTE,
             cores=(ONE, TWO, 1.9),
