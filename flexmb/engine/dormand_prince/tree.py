@@ -54,7 +54,7 @@ def tree(program: Program, masses: Complement) -> Tree:
 
 def _of_pins(program: Program, usable: bool) -> Tree:
     C = program.tables.constraints
-    usable = usable and bool((C.known == PIN).all()) and 3 * len(C.pin) == program.n_q
+    usable = usable and bool((C.known == PIN).all()) and 3 * len(C.known) == program.n_q
     pins = np.array(grown(program) if usable else [], dtype=np.int64).reshape(-1, WIDTH)
     return Tree(usable=int(len(pins) > 0), pins=pins.ravel(), masses=(len(pins), 2), known=(len(pins), KNOWN))
 
