@@ -54,6 +54,7 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
             normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
             now = part_of(loss, columns.LOSS_MEMORY, columns.LOSS_MEMORY + state.CONTACT_MEMORY_SIZE)
             now[state.MEMORY_NORMAL] = N
+            loss[columns.LOSS_IMPULSE] = 0.5 * h * (memory[state.MEMORY_NORMAL] + N)
             for i in range(6):
                 way = q1[dofs[i]] - flow.q[dofs[i]]
                 now[state.MEMORY_BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]

@@ -106,6 +106,16 @@ def test_peaks_lie_between_the_steps():
         assert hit.peak_penetration == pytest.approx(1e-4, rel=2e-3)
 
 
+def test_impulse_and_depth_of_an_impact_are_found_between_its_steps():
+    """The damper loses most before the deepest point, where its force is no longer the largest."""
+    k, c = 1e8, 6e3
+    hit = thrown(fm.KelvinVoigt(k, c, ramp=1e-7), t_end=0.002).episodes("J")[0]
+    assert hit.impulse == pytest.approx(SPEED_OF_PIN + hit.separation_speed, rel=1e-5)
+    z = 0.5 * c / math.sqrt(k)
+    depth = math.exp(-z * math.acos(z) / math.sqrt(1.0 - z * z)) / math.sqrt(k)
+    assert hit.peak_penetration == pytest.approx(depth, rel=3e-3)
+
+
 def time_of_crest(k, omega=1e4):
     """Instant of the largest force in impact k."""
     return PLAY / SPEED_OF_PIN + 0.5 * math.pi / omega + k * (2.0 * PLAY / SPEED_OF_PIN + math.pi / omega)

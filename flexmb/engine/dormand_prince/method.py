@@ -163,7 +163,7 @@ class DormandPrince(Method):
 
     Notes
     -----
-    Signals other than normal forces have their peaks at steps, saved instants and crests of large normal forces.
+    Signals but normal forces and depths have their peaks at steps, saved instants and crests of large normal forces.
     Redundant joints and singular positions are held as by `RungeKutta4`.  `energy.dissipated_algorithm` is 0; what the
     method takes shows in `energy.residual`.
 

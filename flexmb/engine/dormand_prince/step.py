@@ -36,12 +36,12 @@ from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, call_normal
 from flexmb.engine.system.elements import add_elements
 from flexmb.engine.system.evaluate import evaluate
-from flexmb.engine.system.outputs import NORMAL_SIGNAL
+from flexmb.engine.system.outputs import NORMAL_SIGNAL, PENETRATION
 from flexmb.engine.system.work import DRIVE_FORCE, new_from_template
 from flexmb.kernels import compiled, copy
 from flexmb.late import scipy
 from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
-from flexmb.program.program import COMMON_Z, LAST_FORCE, Program
+from flexmb.program.program import COMMON_Z, LAST_FORCE, LAST_GAP_RATE, Program
 
 PROJECTIONS = 6  # number of projections of a state at most
 OLD_FACTORS_RATE = 1e-2  # shift over the one before, above which the next projection has factors of its own
@@ -98,8 +98,8 @@ class Stages(Record):
     x: Vector  # x, y: (n_q + n_c,), pair : (2 (n_q + n_c),)
     y: Vector
     pair: Vector
-    losses: Matrix  # (contacts, 2) losses of a step, see `LOSS_NORMAL`
-    crests: Vector  # (contacts,) fractions of the last step at which normal forces have new peaks, 0: none
+    losses: Matrix  # (contacts, 3) losses of a step, see `LOSS_NORMAL`
+    crests: Vector  # (2 contacts,) fractions of the last step with new peaks of normal forces and depths, 0: none
     zero: Vector  # (n_q + 3,)
     signals: Vector  # (n_y,) at an instant within
 
@@ -124,8 +124,8 @@ def _stages(program: Program, complement: masses.Complement, tree: trees.Tree, p
         **dict.fromkeys(("Q", "V", "A"), (ALL_STAGES, n)), L=(ALL_STAGES, m), rates=(ALL_STAGES, LEDGER),
         **dict.fromkeys(("of_q", "of_v"), (DENSE, n)), of_ledger=(DENSE, LEDGER),
         **dict.fromkeys(("error_q", "error_v", "zero"), n), **dict.fromkeys(("x", "y"), program.n_q + m),
-        pair=2 * (program.n_q + m), losses=(len(program.tables.contacts.kernel), 2),
-        crests=len(program.tables.contacts.kernel), signals=program.tables.sizes.n_y,
+        pair=2 * (program.n_q + m), losses=(len(program.tables.contacts.kernel), 3),
+        crests=2 * len(program.tables.contacts.kernel), signals=program.tables.sizes.n_y,
     )  # fmt: skip
 
 
@@ -307,10 +307,16 @@ def find_crests(tables, address, h, flow, trial, work, record, D):
     # Steps are long beside an impact. The cubic path between both states tells where the force is largest.
     K, gap = tables.contacts, work.gap
     for c in range(K.kernel.shape[0]):
-        D.crests[c], low, high = 0.0, 0.0, 1.0
+        deepest, rate0, rate1 = 2 * c + 1, flow.z[K.z[c, COMMON_Z] + LAST_GAP_RATE], work.contact[c, GAP_RATE]
+        D.crests[2 * c], D.crests[deepest], low, high = 0.0, 0.0, 0.0, 1.0
         begin, end = flow.z[K.z[c, COMMON_Z] + LAST_FORCE], work.contact[c, NORMAL_FORCE]
         if begin + end == 0.0:
             continue
+        if rate0 < 0.0 < rate1:
+            s = rate0 / (rate0 - rate1)
+            gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work)
+            flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], -gap[GAP])
+            D.crests[deepest] = s if record.peak[K.out[c] + PENETRATION] < -gap[GAP] else 0.0
         if not 4.0 * force_within(tables, address, c, 0.5, h, flow, trial, work) > begin + end + 2.0 * max(begin, end):
             continue  # the parabola rises or falls all over the step
         for _ in range(CREST_LOOKS):
@@ -320,8 +326,7 @@ def find_crests(tables, address, h, flow, trial, work, record, D):
         s = 0.5 * (low + high)
         N = force_within(tables, address, c, s, h, flow, trial, work)
         flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
-        flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], -gap[GAP])
-        D.crests[c] = s if CREST_SHARE * record.peak[K.out[c] + NORMAL_SIGNAL] < N else 0.0
+        D.crests[2 * c] = s if CREST_SHARE * record.peak[K.out[c] + NORMAL_SIGNAL] < N else 0.0
 
 
 @compiled

@@ -113,7 +113,7 @@ class Collocation(Record):
     pair: Vector
     of_q: Vector  # of_q, of_v: (n_q + 3,) estimated errors
     of_v: Vector
-    losses: Matrix  # (contacts, 2) normal and tangential [J]
+    losses: Matrix  # (contacts, 3) normal and tangential [J], impulses [N s]
     zero: Vector  # (n_q + 3,)
     rates: Matrix  # (3, 11) rates of the ledger at both ends of the step [W], and elsewhere
     lam: Vector  # (n_c,) multipliers
@@ -129,6 +129,6 @@ def collocation(program: Program) -> Collocation:
         works=Works(*(0.0,) * 6), old=state_vectors(program), between=state_vectors(program),
         **dict.fromkeys(("Q", "V", "A"), (STAGES, n)), L=(STAGES, m), b=(STAGES, total),
         **dict.fromkeys(("real", "re", "im", "inertia"), size), **dict.fromkeys(("d", "x", "y"), total), pair=2 * total,
-        **dict.fromkeys(("of_q", "of_v", "zero"), n), losses=(len(program.tables.contacts.kernel), 2), rates=(3, 11),
+        **dict.fromkeys(("of_q", "of_v", "zero"), n), losses=(len(program.tables.contacts.kernel), 3), rates=(3, 11),
         lam=m, signals=program.tables.sizes.n_y,
     )  # fmt: skip

@@ -539,6 +539,7 @@ def add_known_powers(tables, forces, joints, v, work, R, rates):
         normal, friction = contact[NORMAL_FORCE] * contact[GAP_RATE], contact[FRICTION_FORCE] * contact[SLIP]
         R.losses[c, columns.LOSS_NORMAL] -= forces * normal
         R.losses[c, columns.LOSS_FRICTION] -= forces * friction
+        R.losses[c, columns.LOSS_IMPULSE] += forces * contact[NORMAL_FORCE]
         rates[entries.CONTACT] -= normal
         rates[entries.FRICTION] -= friction
     E, place, power = tables.elements, 0, 0.0  # loads: elements without energies of their own
@@ -575,6 +576,7 @@ def accept_works(tables, address, h, options, flow, trial, work, record, R):
     for c in range(R.losses.shape[0]):
         normal, friction = R.losses[c, columns.LOSS_NORMAL], R.losses[c, columns.LOSS_FRICTION]
         work.loss[c, columns.LOSS_NORMAL], work.loss[c, columns.LOSS_FRICTION] = normal, friction
+        work.loss[c, columns.LOSS_IMPULSE] = R.losses[c, columns.LOSS_IMPULSE]
         turned += abs(normal) + abs(friction)
     update_episodes(tables, h, options, flow, work, record)
     update_ledger(tables, address, flow.clock.t + h, turned, flow, trial, work, R)

@@ -10,10 +10,10 @@ import math
 import numpy as np
 
 from flexmb.engine.energy import gap_within
-from flexmb.engine.state.flow import CONTACT_MEMORY_SIZE, EPISODE_ROW_SIZE, EPISODE_SIZE, MEMORY_NORMAL, Flow
+from flexmb.engine.state.flow import EPISODE_ROW_SIZE, EPISODE_SIZE, Flow
 from flexmb.engine.state.record import EVALUATED, NEVER
 from flexmb.engine.system.contacts import call_normal, find_gap
-from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL
+from flexmb.engine.system.work import LOSS_FRICTION, LOSS_IMPULSE, LOSS_NORMAL
 from flexmb.kernels import compiled
 from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
@@ -35,7 +35,7 @@ ROUND_OFF_GAP = 2e-12
 def update_episodes(tables, h, options, flow, work, record):
     """Update the running contact intervals to the state of the last evaluation."""
     # Called before the ledger and the histories are updated. Losses are those of the ledger (`work.loss`), so that the
-    # losses of all intervals add up to its entries. Impulses are sums of trapezoids, as in the Newmark family.
+    # losses of all intervals add up to its entries. Impulses are sums of trapezoids in the Newmark family.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         k = K.z[c, at.COMMON_Z]
@@ -50,8 +50,8 @@ def update_episodes(tables, h, options, flow, work, record):
                 _, slope = cubic(crossing(h, gap0, rate0, gap, rate), h, gap0, rate0, gap, rate)
                 approach = -slope / h
             flow.episodes[c, APPROACH] = max(approach, 0.0)  # 0 for a grazing contact
-        m, depth = CONTACT_MEMORY_SIZE * c, max(-gap, 0.0)
-        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + MEMORY_NORMAL] + N)
+        depth = max(-gap, 0.0)
+        flow.episodes[c, IMPULSE] += work.loss[c, LOSS_IMPULSE]
         flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
         flow.episodes[c, FRICTION_LOSS] += work.loss[c, LOSS_FRICTION]
         flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)

@@ -48,9 +48,9 @@ JOINT_FRICTION_FORCE, JOINT_SLIP = range(2)  # columns of `Work.joint_friction`:
 # Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN.
 N_BY_GAP, N_BY_RATE, T_BY_SLIP, T_BY_N = range(4)
 JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)  # columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam
-# Columns of `Work.loss` [J]: normal loss, tangential loss, dissipation of the method; from LOSS_MEMORY on the memory of
-# the contact for the next step (`CONTACT_MEMORY_SIZE` numbers).
-LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
+# Columns of `Work.loss`: normal and tangential loss [J], impulse [N s], dissipation of the method; from LOSS_MEMORY on
+# the memory of the contact for the next step (`CONTACT_MEMORY_SIZE` numbers).
+LOSS_NORMAL, LOSS_FRICTION, LOSS_IMPULSE, LOSS_BEYOND, LOSS_MEMORY = range(5)
 
 
 class Powers(Record):
@@ -97,7 +97,7 @@ class Work(Record):
     momentum: Vector  # (n_q + 3,) M v
     cosine: Vector  # cosine, sine: (n_q + 3,) of the angles of nodes in pins
     sine: Vector
-    # (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
+    # (n, 17) of every contact: losses normal, tangential [J], impulse, loss beyond; normal force, generalised forces
     loss: Matrix
     gap: Vector  # gap, z_between: gap data and histories between two states
     z_between: Vector
@@ -132,7 +132,7 @@ def workspace(program: Program) -> Work:
         slope=int(controls.slope[-1]), lu=program.symbolic.size, contact=(n_k, GAP_SIZE + 2), drive=(sizes.n_c, 4),
         joint=(n_g, 4), power=Powers.zeros(), G=C.pos_g[-1], contact_scratch=(2, 6), joint_friction=(n_g, 2),
         joint_friction_out=JOINT_FRICTION_SIZE, joint_friction_curve=(6, 6), slopes=(n_k + n_g, 4),
-        load=load_forces(program), loss=(n_k, 16), gap=GAP_SIZE,
+        load=load_forces(program), loss=(n_k, 17), gap=GAP_SIZE,
     )  # fmt: skip
 
 
