@@ -270,6 +270,9 @@ engine.dormand_prince.method.FAILED_GROWTH | 1 | a step | next trial after one w
 engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince without clearance
 engine.dormand_prince.method.LEAST_STEPS_CONTACTS | steps | a period or a run | the same with clearance
 engine.dormand_prince.method.IMPACT_STEPS | steps | an impact | fewest steps of an impact
+engine.dormand_prince.method.NEAR_RTOL | 1 | rtol | rtol from which on steps end as far from onsets as those of other methods
+engine.dormand_prince.method.NEAREST | 1 | ONSET_TOLERANCE | least distance from an onset
+engine.dormand_prince.step.AT_CREST | 1 | a step | distance from a largest force at which stop conditions see it
 engine.dormand_prince.step.WILD_ERROR | 1 | accepted error | error of a trial that tells nothing of events
 engine.dormand_prince.step.CREST_SHARE | 1 | largest force so far | force in a step at whose place all signals are evaluated
 engine.dormand_prince.step.CREST_LOOKS | thirds | a step | by which the place of the largest force is enclosed

@@ -99,7 +99,7 @@ def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
     # The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less, so
     # that the steps resolve a contact that comes to rest.
     if isinstance(run.step, FixedStep):
-        return run.step.size, run.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
+        return run.step.size, run.step.size, NEVER, (1.0,) * 5
     span = run.t_end if run.period is None else min(run.period, run.t_end)
     clearance, length, rtol = run.program.least_clearance, run.program.length, run.step.rtol
     steps = run.method.fewest_steps(contacts=clearance is not None)
@@ -107,7 +107,7 @@ def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
     flight, loose = (FLIGHT_WEIGHT, 2.0) if rigid_coordinates(run.program).all() else (1.0, 4.0)
     part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
     way = length if clearance is None else min(length, 1e2 * clearance)
-    bounds = (rtol, 1e-2 / steps * way / largest, run.method.impact_steps(run.step), flight)
+    bounds = (rtol, 1e-2 / steps * way / largest, *run.method.impacts(run.step), flight)
     return largest, run.step.min or min(1e-9 * largest, least_step(run.t_end)), run.step.atol or rtol * part, bounds
 
 

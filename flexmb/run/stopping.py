@@ -109,7 +109,8 @@ class StopConditions:
         self.label, self.signals = label, names.signals
         self.conditions = [condition for _, condition, _ in rows]
         self.places = np.array([place for place, _, _ in rows], dtype=np.int64)
-        self.levels = np.array([[one.level, float(sign)] for _, one, sign in rows]).reshape(-1, 2)
+        levels = [[one.level, float(sign), float(not one.is_fault)] for _, one, sign in rows]
+        self.levels = np.array(levels).reshape(-1, 3)
 
     def watch(self, run: Run, *, faults_alone: bool = False, fresh: bool = False) -> None:
         """Let the compiled loop of a run watch the conditions from its present state on."""
@@ -117,7 +118,7 @@ class StopConditions:
         # condition that is met already is refused.
         count = sum(one.is_fault for one in self.conditions) if faults_alone else len(self.conditions)
         for k, one in enumerate(self.conditions[:count]):
-            place, (level, sign) = self.places[k], self.levels[k]
+            place, (level, sign, _) = self.places[k], self.levels[k]
             value = float(run.record.signals[place])
             if fresh and value == level and not (one.is_event or one.signal.endswith(f".{PENETRATION}")):
                 self.levels[k, LEVEL] += sign * (SAME * abs(level) or LEAST)
@@ -143,11 +144,11 @@ class StopConditions:
     def all_met(self, before: np.ndarray, after: np.ndarray) -> list[int]:
         """Numbers of the conditions that are met between two rows of all signals."""
         pairs = enumerate(zip(self.places, self.levels, strict=True))
-        return [k for k, (p, (level, sign)) in pairs if sign * (before[p] - level) < 0.0 <= sign * (after[p] - level)]
+        return [k for k, (p, (x, sign, _)) in pairs if sign * (before[p] - x) < 0.0 <= sign * (after[p] - x)]
 
     def excess(self, number: int, signals: np.ndarray) -> float:
         """Excess of a watched signal over its level, positive beyond it."""
-        level, sign = self.levels[number]
+        level, sign, _ = self.levels[number]
         return float(sign * (signals[self.places[number]] - level))
 
 

@@ -46,10 +46,10 @@ def test_elastic_impacts_are_those_of_the_closed_form_at_steps_and_between(save)
     sol = thrown(fm.KelvinVoigt(omega**2, 0.0), t_end=0.0099, rtol=1e-8, save=save)
     exact = np.array([place(t, omega) for t in sol.time])
     assert len(sol.episodes("J")) == 4
-    assert np.abs(sol.array("pin.x") - exact[:, 0]).max() < 2e-9
-    assert np.abs(sol.array("pin.vx") - exact[:, 1]).max() < 2e-5
+    assert np.abs(sol.array("pin.x") - exact[:, 0]).max() < 1e-10
+    assert np.abs(sol.array("pin.vx") - exact[:, 1]).max() < 1e-6
     depth = np.maximum(np.abs(exact[:, 0]) - PLAY, 0.0)
-    assert np.abs(sol.array("J.normal_force") - omega**2 * depth).max() < 2e-5 * omega
+    assert np.abs(sol.array("J.normal_force") - omega**2 * depth).max() < 1e-6 * omega
 
 
 def test_errors_fall_with_rtol():
@@ -57,18 +57,45 @@ def test_errors_fall_with_rtol():
     for rtol in (1e-4, 1e-6, 1e-8):
         sol = thrown(fm.KelvinVoigt(omega**2, 0.0), t_end=0.0099, rtol=rtol, save=1)
         found.append(abs(sol.array("pin.x")[-1] - place(0.0099, omega)[0]))
-    assert found[0] < 1e-6
-    assert found[2] < 2e-9
+    assert found[0] < 5e-7
+    assert found[2] < 1e-10
     assert found[2] < found[1] < found[0]
 
 
-def test_steps_of_an_impact_are_six_or_as_many_as_asked_for():
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_elastic_impacts_lose_no_energy_beyond_rtol(rtol):
+    """An oscillator that meets a stiff spring in 14 swings: steps end close to onset and separation."""
+    block = fm.RigidBody("b", at=(0.0, 0.0), mass=1.0, inertia=0.1, velocity=(1.0, 0.0, 0.0))
+    guide = fm.Prismatic("g", fm.GROUND, block)
+    spring = fm.SpringDamper("s", fm.GROUND, block, (-1e3, 0.0), (0.0, 0.0), stiffness=1.0)
+    stop = fm.Stop("stop", "g", above=0.3, normal=fm.KelvinVoigt(1e9, 0.0))
+    mech = fm.Mechanism("swing", (block, guide, spring, stop))
+    sol = fm.simulate(mech, t_end=50.0, save=1, method=METHOD, step=fm.Adaptive(rtol=rtol))
+    energy = 0.5 * (sol.array("b.vx")[-1] ** 2 + sol.array("b.x")[-1] ** 2)
+    assert sol.ok, sol.status
+    assert len(sol.episodes("stop")) == 14
+    assert abs(energy / 0.5 - 1.0) < 2.0 * rtol
+    assert sol.stats.steps < 250
+
+
+@pytest.mark.parametrize("share", [0.9, 0.999])
+def test_a_stop_sees_a_level_that_is_passed_and_left_within_a_step(share):
+    """F = v (k m)^(1/2) is 1e4 N; a step of an impact may have its largest force within."""
+    stop = fm.when("J.normal_force", above=1e4 * share)
+    sol = thrown(fm.KelvinVoigt(1e8, 0.0), t_end=0.0099, rtol=1e-4, stop=stop)
+    assert "as asked for" in sol.status
+    assert len(sol.episodes("J")) <= 1
+    onset, angle = PLAY / SPEED_OF_PIN, math.asin(share)
+    assert sol.time[-1] == pytest.approx(onset + 1e-4 * angle, abs=1e-6)
+
+
+def test_steps_of_an_impact_are_few_or_as_many_as_asked_for():
     def inside(step):
         sol = thrown(fm.KelvinVoigt(1e8, 0.0), t_end=0.0099, step=step, save="steps")
         assert len(sol.episodes("J")) == 4
         return (sol.array("J.normal_force") > 0.0).sum() / 4
 
-    assert 5.0 <= inside(fm.Adaptive()) <= 8.0
+    assert 3.0 <= inside(fm.Adaptive()) <= 8.0  # ends of steps within
     assert 29.0 <= inside(fm.Adaptive(impact_steps=30)) <= 36.0
 
 
@@ -96,14 +123,17 @@ def test_a_force_that_jumps_at_its_onset():
 
 def test_peaks_lie_between_the_steps():
     """F = v (k m)^(1/2); the depth is v (m/k)^(1/2)."""
-    sol = thrown(fm.KelvinVoigt(1e8, 0.0), t_end=0.0099, rtol=1e-4, save="steps")
+    sol = thrown(fm.KelvinVoigt(1e8, 0.0), t_end=0.0099, step=fm.Adaptive(impact_steps=7), save="steps")
     peak, force = sol.peak("J.normal_force"), sol.array("J.normal_force")
     assert peak.value == pytest.approx(1e4, rel=1e-3)
-    assert peak.value > 1.0001 * force.max()
+    assert peak.value >= force.max()
     assert min(abs(peak.time - time_of_crest(k)) for k in range(4)) < 2e-6
+    by_steps = []
     for hit in sol.episodes("J"):
         assert hit.peak_force == pytest.approx(1e4, rel=2e-3)
         assert hit.peak_penetration == pytest.approx(1e-4, rel=2e-3)
+        by_steps.append(force[(sol.time > hit.start) & (sol.time < hit.end)].max())
+    assert min(by_steps) < 0.99e4  # the steps alone miss it
 
 
 def test_impulse_and_depth_of_an_impact_are_found_between_its_steps():

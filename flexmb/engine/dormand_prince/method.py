@@ -35,6 +35,8 @@ LARGEST_GROWTH, LEAST_GROWTH = 6.0, 1.0 / 3.0
 FAILED_GROWTH = 0.25  # next trial over one whose stages could not be computed
 # Number of largest steps in a period or a run, without contacts and with contacts; of steps of an impact at least.
 LEAST_STEPS, LEAST_STEPS_CONTACTS, IMPACT_STEPS = 50.0, 100.0, 6.0
+# rtol from which on steps end as far from an onset as those of other methods, else nearer by as much; nearest of all.
+NEAR_RTOL, NEAREST = 1e-2, 1e-6
 
 
 @compiled
@@ -97,7 +99,6 @@ def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
     stages.add_works(tables, address, h, flow, trial, work, record, D)
-    stages.find_crests(tables, address, h, flow, trial, work, record, D)
     accept_works(tables, address, h, options, flow, trial, work, record, D)
     for s in D.crests:
         if s > 0.0 and find_signals(tables, address, lu, s, options, flow, trial, work, record, D) == RUNNING:
@@ -152,7 +153,7 @@ class DormandPrince(Method):
     dampers and loads are integrated with the stages.
 
     It is the fastest method for rigid mechanisms with ideal joints, drives, springs and smooth loads, and at equal
-    accuracy with impacts, which take six steps or more: steps end at onset and separation, and peaks of normal forces
+    accuracy with impacts, which take five steps or more: steps end at onset and separation, and peaks of normal forces
     are found between them.  Beams are stable, too, but their fastest wave bounds the step (6 over its angular
     frequency), which the error control finds: use `Newmark` for them and where contacts or friction are stiff (strong
     dampers, sticking), and `RadauIIA` for stiff springs.
@@ -185,9 +186,11 @@ class DormandPrince(Method):
         """Steps in a period or a run that error control takes at least, with `contacts` or without."""
         return LEAST_STEPS_CONTACTS if contacts else LEAST_STEPS
 
-    def impact_steps(self, step: Adaptive) -> float:
-        """Least number of steps of an impact, that of `step` if it is given."""
-        return float(step.impact_steps or IMPACT_STEPS)
+    def impacts(self, step: Adaptive) -> tuple[float, float]:
+        """Least number of steps of an impact under the error control `step`; factor of `ONSET_TOLERANCE`."""
+        # A step from before an onset takes its first stages without the force, which the error estimate hardly sees.
+        near = min(max(step.rtol / NEAR_RTOL, NEAREST), 1.0)
+        return float(step.impact_steps or IMPACT_STEPS), near
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""

@@ -17,7 +17,7 @@ from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.dormand_prince import complement as masses
 from flexmb.engine.dormand_prince import tree as trees
 from flexmb.engine.energy import gap_within
-from flexmb.engine.newmark.error_control import find_speeds, in_free_flight, largest_error, meets_events
+from flexmb.engine.newmark.error_control import CONTACT_TRIALS, find_speeds, in_free_flight, largest_error, meets_events
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import StateVectors, Works, state_vectors
 from flexmb.engine.radau.step import (
@@ -29,7 +29,7 @@ from flexmb.engine.radau.step import (
     is_closed,
     keep_state,
 )
-from flexmb.engine.state.record import NOT_FINITE, RUNNING
+from flexmb.engine.state.record import ASKED, NOT_FINITE, RUNNING
 from flexmb.engine.step.contact_events import PEAK_DEPTH, PEAK_FORCE
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system.constraints import add_constraints
@@ -51,6 +51,7 @@ FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that h
 # Largest force of a contact in a step over the largest so far, from which all signals are evaluated there: joint forces
 # may have their peaks with it.
 CREST_SHARE = 0.5
+AT_CREST = 0.05  # fraction of a step from a crest to its end, up to which stop conditions see the crest
 CREST_LOOKS = 12  # number of thirds by which the place of a largest force is enclosed
 WILD_ERROR = 100.0  # error over the accepted one, above which the end of a trial tells nothing of events
 # Number of stages of a step, and with the end of the step and the three stages of the dense output.
@@ -263,6 +264,8 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
     if code == RUNNING:
         code = find_accelerations(tables, address, lu, t, 1.0, h, options, flow, trial, work, record, D)
     copy(trial.a, trial.x)
+    if code == RUNNING and hides_crest(tables, address, h, options, flow, trial, work, record, D):
+        return RUNNING, -1.0
     return code, error
 
 
@@ -299,6 +302,18 @@ def add_stage(tables, address, stage, weight, flow, work, D):
     elapsed, q, v, a, lam = D.instants[stage] * D.span.size, D.Q[stage], D.V[stage], D.A[stage], D.L[stage]
     t = D.span.start + elapsed
     add_powers(tables, address, t, elapsed, weight, weight, q, v, a, lam, flow, work, D, D.rates[stage])
+
+
+@compiled
+def hides_crest(tables, address, h, options, flow, trial, work, record, D):
+    """Whether stop conditions, which look at ends of steps, would not see a crest; the next trial ends there."""
+    find_crests(tables, address, h, flow, trial, work, record, D)
+    for s in D.crests:
+        looks = options.adaptive and AT_CREST < s < 1.0 - AT_CREST and flow.clock.rejected_trials < CONTACT_TRIALS
+        if looks and record.levels[:, ASKED].sum() > 0.0:
+            flow.clock.retry_step, record.count.rejecting_contact = s * h, 0
+            return True
+    return False
 
 
 @compiled

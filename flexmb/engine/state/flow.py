@@ -133,6 +133,7 @@ class StepControl(Record, frozen=True):
     rtol: float  # tolerance of velocities relative to the largest speed
     least_speed: float  # least speed to which that tolerance is relative [m/s]
     impact_steps: float  # least number of steps of an impact
+    onset: float  # factor of the time between the ends of steps and onsets or separations
     flight_weight: float  # factor of the error of positions in free flight
 
 

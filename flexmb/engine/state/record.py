@@ -93,8 +93,9 @@ ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
 (CONDITION_MET,) = range(30, 31)
 # Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone.
 NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
-# Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither.
-LEVEL, DIRECTION = range(2)
+# Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither; 1
+# for a condition of the user, 0 for a fault.
+LEVEL, DIRECTION, ASKED = range(3)
 
 
 class Counters(Record):
@@ -155,7 +156,7 @@ class RunRecord(Record):
     last_lam: Vector  # last_lam, last_z: (n_c,) multipliers and (n_z,) histories at its start
     last_z: Vector
     watched: Integers  # (w,) places of the signals of stop conditions
-    levels: Matrix  # (w, 2) LEVEL and DIRECTION of each
+    levels: Matrix  # (w, 3) LEVEL, DIRECTION, ASKED of each
     peak: Vector  # peak, peak_time: (n_y,) largest absolute values so far and their times [s]
     peak_time: Vector
     # (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
@@ -184,7 +185,7 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
     return RunRecord(
         times=rows, values=(rows, n_y if saved_places is None else len(saved_places)),
         saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places, save_times=0,
-        **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y), watched=0, levels=(0, 2),
+        **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y), watched=0, levels=(0, 3),
         low_places=0, lows=(0, 2), poses=new_poses(program), last_lam=program.n_c, last_z=program.tables.sizes.n_z,
         one_sided=one_sided, places=program.tables.measured.places, place_then=len(program.tables.measured.places),
         count=Counters.zeros(), report=StepReport(np.inf, *(0.0,) * 10), held_rows=program.n_c,

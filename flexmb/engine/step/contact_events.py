@@ -178,8 +178,8 @@ def planned_step(tables, address, options, flow, trial, work):
                 h = min(h, (1.0 - LEFT_BEFORE_ONSET) * arrival)
             elif not slow:  # the impact is resolved, but not known from one before
                 h = min(h, 2.0 * arrival)
-        elif arrival > ONSET_TOLERANCE * step:
-            h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival))
+        elif arrival > ONSET_TOLERANCE * trial.control.onset * step:
+            h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * trial.control.onset * step, 0.5 * arrival))
         else:
             find_force_jump(tables, address, c, speed, flow, work)
             probe = max(PROBE_FRACTION * trial.control.impact_steps, 1.0) * step
@@ -275,20 +275,21 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
     if speed <= slow_approach_speed(c, flow, trial):
         return h
     step = flow.impacts[c, IMPACT_STEP]
+    tolerance = ONSET_TOLERANCE * trial.control.onset
     is_known, long = step > 0.0, h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
-    if not is_known or (arrival <= ONSET_TOLERANCE * step and long):
+    if not is_known or (arrival <= tolerance * step and long):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
         braking = 0.0 if is_known else own - rate0 - flow.impacts[c, GAP_ACCELERATION] * arrival
         step = impact_step(tables, address, c, h, speed, gap, own, braking, options, flow, trial, work)
     flow.impacts[c, IMPACT_STEP] = step
     find_force_jump(tables, address, c, speed, flow, work)
-    if arrival <= 1.001 * ONSET_TOLERANCE * step:
+    if arrival <= 1.001 * tolerance * step:
         if flow.impacts[c, FORCE_JUMPS] != 0.0:  # half of the jump acts all over the step that crosses it
             return h if h <= 4.0 * JUMP_STEP_FRACTION * step else step_across_jump(arrival, step)
         return min(h, step) if is_known or h > 0.5 * step else 0.5 * arrival
     # the contact force delayed the onset of the trial: each rejection goes back further, not beyond that of free flight
     ahead, _ = predicted_onset(tables, c, flow)
-    margin = 0.5 * ONSET_TOLERANCE * step * 4.0**flow.clock.rejected_trials
+    margin = 0.5 * tolerance * step * 4.0**flow.clock.rejected_trials
     return min(h, max(min(arrival, ahead) - margin, 0.5 * arrival))
 
 
@@ -316,9 +317,8 @@ def step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial):
     if flow.impacts[c, IMPACT_STEP] > 0.0:
         step = min(step, flow.impacts[c, IMPACT_STEP])
     flow.impacts[c, IMPACT_STEP] = step
-    if arrival <= ONSET_TOLERANCE * step:
-        return arrival + step
-    return max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival)
+    tolerance = ONSET_TOLERANCE * trial.control.onset * step
+    return arrival + step if arrival <= tolerance else max(arrival - 0.5 * tolerance, 0.5 * arrival)
 
 
 @compiled
@@ -353,9 +353,10 @@ def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
     """Step for a trial that opens contact c [s]: to just after the separation."""
     step, s = flow.impacts[c, IMPACT_STEP], crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
-    if step == 0.0 or slope / h <= slow_approach_speed(c, flow, trial) or (1.0 - s) * h <= 0.5 * ONSET_TOLERANCE * step:
+    after = ONSET_TOLERANCE * trial.control.onset * step
+    if step == 0.0 or slope / h <= slow_approach_speed(c, flow, trial) or (1.0 - s) * h <= 0.5 * after:
         return h
-    return s * h + 0.25 * ONSET_TOLERANCE * step
+    return s * h + 0.25 * after
 
 
 @compiled

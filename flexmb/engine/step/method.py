@@ -56,9 +56,9 @@ class Method(Input):
         """Least number of steps in a period or a run under error control, with `contacts` or without."""
         return LARGEST_STEPS if contacts else SMOOTH_STEPS
 
-    def impact_steps(self, step: Adaptive) -> float:
-        """Least number of steps from onset to end of an impact; `step`: the error control of the run."""
-        return step.steps_of_an_impact
+    def impacts(self, step: Adaptive) -> tuple[float, float]:
+        """Least number of steps of an impact under the error control `step`; factor of `ONSET_TOLERANCE`."""
+        return step.steps_of_an_impact, 1.0
 
     def check(self, label: str, step: FixedStep | Adaptive, redundant: str) -> None:
         """Refuse steps and constraints that the method does not support.
