@@ -56,8 +56,8 @@ CREST_LOOKS = 12  # number of thirds by which the place of a largest force is en
 WILD_ERROR = 100.0  # error over the accepted one, above which the end of a trial tells nothing of events
 # Number of stages of a step, and with the end of the step and the three stages of the dense output.
 STEP_STAGES, ALL_STAGES = 12, 16
-# Numbers of the stages that are the start and the end of the step.
-START, END = 0, STEP_STAGES
+# Numbers of the stages that are the start and the end of the step, and of the first one that a step computes.
+START, FIRST, END = 0, 1, STEP_STAGES
 FIFTH, THIRD = range(2)  # rows of `Stages.errors`
 LEDGER = 11  # number of the energies of a ledger
 DENSE = 7  # number of coefficients of the dense output
@@ -239,7 +239,7 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
     W = D.works
     W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
     D.losses[:, :] = D.rates[:, :] = 0.0
-    code = find_stages(tables, address, lu, 1, STEP_STAGES, options, flow, trial, work, record, D)
+    code = find_stages(tables, address, lu, FIRST, END, options, flow, trial, work, record, D)
     if code != RUNNING:
         return code, math.inf
     place_stage(tables.sizes.n_q, END, h, D, trial.q, trial.v)
@@ -252,7 +252,7 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
         third = error_size(tables, D.errors[THIRD], h, options, flow, trial, D)
         whole = math.sqrt(fifth * fifth + THIRD_ORDER_SHARE * third * third)
         error = math.inf if not math.isfinite(whole) else (fifth * fifth / whole if whole > 0.0 else 0.0)
-        Q, V, C = D.Q[:END], D.V[:END], D.instants
+        Q, V, C = D.Q[FIRST:END], D.V[FIRST:END], D.instants[FIRST:]
         if error <= WILD_ERROR and not meets_events(
             tables, address, RUNNING, h, Q, V, C, options, flow, trial, work, record
         ):

@@ -175,14 +175,14 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
 
 @compiled
 def meets_events(tables, address, code, h, Q, V, C, options, flow, trial, work, record):
-    """Whether a trial with stages Q, V at fractions C of the step meets all events."""
+    """Whether a trial with stages Q, V at fractions C > 0 of the step meets all events."""
     # A stage in a contact that is open at both ends has felt its force, although the onset was not located.
     K = tables.contacts
     for c in range(K.kernel.shape[0] if code == RUNNING else 0):
         if flow.z[K.z[c, COMMON_Z]] != 0.0 or flow.clock.rejected_trials >= CONTACT_TRIALS:
             continue
         gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
-        for stage in range(1, Q.shape[0] if gap > 0.0 else 0):
+        for stage in range(Q.shape[0] if gap > 0.0 else 0):
             gap, _ = find_gap(tables, address, c, Q[stage], V[stage], work)
             if gap <= 0.0:
                 flow.clock.retry_step, record.count.rejecting_contact = 0.5 * C[stage] * h, 0
