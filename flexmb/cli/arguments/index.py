@@ -87,7 +87,7 @@ RUN = (
     ("--checkpoint TIME", "time between checkpoints, from which --resume goes on", "30s"),
     ("--resume", "go on with a run that was ended from outside, bit for bit"),
     *_method("generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta, "
-             "dormand-prince; runge-kutta needs --step, dormand-prince a mechanism without contacts"),
+             "dormand-prince; runge-kutta needs --step; dormand-prince is for rigid motion and impacts"),
     "files",
     *_files("the results", "report.html", ("--frames N", "number of VTK frames", 100), ("--no-vtk", "no VTK files")),
 )  # fmt: skip
