@@ -27,5 +27,5 @@ def packed(numbers: Mapping[int, float]) -> tuple[float, ...]:
     return tuple(numbers[place] for place in range(len(numbers)))
 
 
-# Formulas of constraints that the loops know: two points coincide; a difference of angles; a slider in its guide.
-PIN, ANGLE, GUIDE = 1, 2, 3
+# Formulas that the loops know: two points coincide; a difference of angles; a slider in its guide; a journal's gap.
+PIN, ANGLE, GUIDE, JOURNAL = 1, 2, 3, 4

@@ -95,7 +95,7 @@ def gap_within(tables, address, c, s, h, flow, q1, v1, work):
         work.vl[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
     for i in range(GAP_SIZE):
         gap[i] = 0.0
-    call_gap(tables, address, c, work.ql, work.vl, gap)
+    call_gap(tables, address, c, work.ql, work.vl, False, None, gap)
 
 
 # Balance of energies: stored energies, works of drives and loads, losses in laws and in the method, residual

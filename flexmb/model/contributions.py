@@ -247,6 +247,7 @@ class ContactContribution:
     friction: FrictionLaw = field("law of the friction force")
     name: str = field('name among the contacts of a part; "" for the only one', default="")
     period: float = field("jump of the gap where its direction has made half a turn; 0: none", "m", default=0.0)
+    known: int = field("JOURNAL of places.py: a formula that the loops know; 0: other ones", default=0)
 
     @property
     def label(self) -> str:

@@ -72,7 +72,7 @@ class Constraints(Record):
 
     kernel: Integers  # (n,)
     known: Integers  # (n,) PIN (without friction and motions), ANGLE, GUIDE; 0: others
-    turns: Places  # angles of the nodes of pins
+    turns: Places  # angles of the nodes of pins, guides and journals
     motion: Integers  # (n_c,) of each row
     p: IntegerTable  # (n, 2)
     motion_p: IntegerTable  # (n_c, 2)
@@ -112,6 +112,7 @@ class Contacts(Record):
     dofs: Places  # (6 n,)
     positions: Places  # (36 n,)
     out: Integers  # (n,) first of its signals
+    known: Integers  # (n,) JOURNAL; 0: others
 
 
 class Measured(Record):

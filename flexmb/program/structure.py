@@ -29,7 +29,7 @@ from flexmb.model import contributions as model
 from flexmb.model.contributions import ConstraintContribution, Contributions, ElementContribution, Reaction
 from flexmb.model.law import Law, Motion
 from flexmb.model.part import is_kind
-from flexmb.places import PIN
+from flexmb.places import GUIDE, PIN
 from flexmb.program import program as at
 from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, force_signals, layout, state_coordinates
 from flexmb.program.program import Constraints, Contacts, Controls, Elements, Measured, Names, Sizes, Tables, freeze
@@ -196,6 +196,7 @@ class Packer:
         loads = Lists.of([number.dofs(load) for _, load in outputs])
         lists = [self.control_dofs.values[self.control_dofs.ptr[k] : self.control_dofs.ptr[k + 1]] for k in self.owner]
         self.load_blocks = Blocks.of(loads, Lists.of([values.tolist() for values in lists]))
+        self.journals = ints([c.known if ours(c.gap.function) else 0 for c in contributions.contacts])
         self.outputs = ends_of(len(control.outputs) for control in contributions.controls)
         order = elimination_order(*blocks_and_edges(contributions, number))
         self.symbolic = symbolic(number.n_q + self.n_c, *self.pattern(), order)
@@ -273,13 +274,14 @@ class Packer:
         plain = [not c.motions and k == 2 for c, k in zip(found, np.diff(self.h_blocks.ptr), strict=True)]
         own = zip(found, plain, strict=True)
         known = ints([c.known if ours(c.kernel.function) and (c.known != PIN or pin) else 0 for c, pin in own])
+        turned = dofs.values[np.isin(np.repeat(known, np.diff(dofs.ptr)), (PIN, GUIDE))]
         motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
         rubbing = [contribution.joint_friction for contribution in found]
         load = self.numbered("joint_friction", [one.kernel if one else None for one in rubbing])
         law = self.numbered("friction", [one.friction.kernel if one else None for one in rubbing])
         return Constraints(
             self.numbered("constraint", [contribution.kernel for contribution in found]),
-            known, places(np.unique(dofs.values[np.repeat(known, np.diff(dofs.ptr)) == PIN][2::3])),
+            known, places(np.unique([*turned[2::3], *self.contact_dofs.values[np.repeat(self.journals, 6) > 0][2::3]])),
             self.numbered("motion", [motion.kernel if motion else None for motion in motions]),
             self.p["constraint"], self.p["motion"], self.row, dofs.ptr, self.g_blocks.ptr,
             self.h_blocks.ptr, places(dofs.values), self.positions(self.g_blocks),
@@ -329,7 +331,7 @@ class Packer:
         z = np.ascontiguousarray(self.z["contact"].reshape(-1, 6)[:, [0, 2, 4, 5]])
         dofs, positions = places(self.contact_dofs.values), self.positions(self.contact_blocks)
         p, out = self.p["contact"].reshape(-1, 6), ints(self.layout.contacts)
-        return Contacts(np.column_stack(kernels), p, z, dofs, positions, out)
+        return Contacts(np.column_stack(kernels), p, z, dofs, positions, out, self.journals)
 
     def controls(self) -> Controls:
         """Arrays of the controls, and of the sources of their inputs."""

@@ -1,4 +1,4 @@
-"""Masses at nodes and pins, which the loops know without their kernels: the same numbers as by these, bit for bit."""
+"""Masses at nodes, pins, guides and journals, which the loops know without their kernels: the same numbers as by these, bit for bit."""
 
 import math
 from dataclasses import replace
@@ -10,6 +10,7 @@ import flexmb as fm
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.mechanisms import nine_bar, slider_crank
+from flexmb.places import JOURNAL
 from flexmb.program.compiler import compile as compile_mechanism
 
 MECHANISMS = {
@@ -27,7 +28,7 @@ def evaluations(program, seed):
     v, a, x, y = (np.append(rng.normal(size=n), rest) for _ in range(4))
     lam, z = 10.0 * rng.normal(size=program.n_c), np.array(program.reference.z)
     work = StateEvaluation(program).at(q, v, a, lam, t=0.1, weights=(1.0, 300.0, 1e5)).work
-    found = {name: getattr(work, name).copy() for name in OF_EVALUATION}
+    found = {name: getattr(work, name).copy() for name in (*OF_EVALUATION, "contact")}
     evaluate_accepted(program.tables, program.addresses, 0.1, 1e-5, q, v, a, lam, z, x, y, work)
     power = work.power
     energies = [power.kinetic, power.strain, power.gravity, power.damping, power.algorithm]
@@ -37,10 +38,12 @@ def evaluations(program, seed):
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_known_parts_give_the_numbers_of_their_kernels(name):
     program = compile_mechanism(MECHANISMS[name]())
-    tables, E, C = program.tables, program.tables.elements, program.tables.constraints
+    tables, E, C, K = program.tables, program.tables.elements, program.tables.constraints, program.tables.contacts
     assert E.mass.sum() >= 3
     assert np.bincount(C.known, minlength=4)[1:].min() >= 1  # pins, angles, guides
+    assert K.known.tolist() == [JOURNAL]
     unknown = {"elements": E.replaced(mass=0 * E.mass), "constraints": C.replaced(known=0 * C.known)}
+    unknown |= {"contacts": K.replaced(known=0 * K.known)}
     own, by_kernels = (evaluations(one, 5) for one in (program, replace(program, tables=tables.replaced(**unknown))))
     for key, values in own.items():
         np.testing.assert_array_equal(values, by_kernels[key], err_msg=key)

@@ -37,7 +37,7 @@ from flexmb.engine.system.contacts import add_contacts, call_normal
 from flexmb.engine.system.elements import add_elements
 from flexmb.engine.system.evaluate import evaluate
 from flexmb.engine.system.outputs import NORMAL_SIGNAL, PENETRATION
-from flexmb.engine.system.work import DRIVE_FORCE, new_from_template
+from flexmb.engine.system.work import DRIVE_FORCE, new_from_template, turn_nodes
 from flexmb.kernels import compiled, copy
 from flexmb.late import scipy
 from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
@@ -137,6 +137,7 @@ def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial
         work.r[:] = 0.0
         q, v, still = trial.q, trial.v, D.zero
         add_elements(tables, address, t, fraction * h, q, v, still, flow.z, 0.0, 0.0, 0.0, False, work)
+        turn_nodes(tables, q, work)
         add_contacts(tables, address, t, fraction * h, q, v, flow.z, 0.0, 0.0, False, work)
         record.count.evaluations += 1
         record.count.held_code = 0
@@ -164,6 +165,7 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
         return close_joints(tables, address, lu, t, h, options, flow, trial, work, record, D)
     old, last = False, math.inf
     for _ in range(PROJECTIONS):
+        turn_nodes(tables, trial.q, work)
         add_constraints(tables, address, t, h, trial.q, trial.v, trial.lam, flow.z, 0.0, 0.0, False, work)
         record.count.evaluations += 1
         if not old:

@@ -427,15 +427,15 @@ def first_held_row(sym, seen):
 @compiled
 def smallest_pivot(sym, lu, seen, first_row):
     """Smallest pivot of the constraint rows that are not held, relative to the largest term summed up to it."""
-    least = 1.0
+    most = 1.0
     for s in range(len(sym.starts) - 1):
         first, w = sym.starts[s], sym.starts[s + 1] - sym.starts[s]
         stride = w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1
         for k in range(w):
             inverse = abs(lu[sym.value_ptr[s] + k * stride])
             if sym.order[first + k] >= first_row and seen[first + k] > 0.0 and inverse > 0.0:
-                least = min(least, 1.0 / (inverse * seen[first + k]))
-    return least
+                most = max(most, inverse * seen[first + k])
+    return 1.0 / most
 
 
 # Factors of a complex matrix on the same pattern, for pairs of stages of implicit Runge-Kutta methods

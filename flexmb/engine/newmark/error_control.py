@@ -181,9 +181,9 @@ def meets_events(tables, address, code, h, Q, V, C, options, flow, trial, work, 
     for c in range(K.kernel.shape[0] if code == RUNNING else 0):
         if flow.z[K.z[c, COMMON_Z]] != 0.0 or flow.clock.rejected_trials >= CONTACT_TRIALS:
             continue
-        gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
+        gap, _ = find_gap(tables, address, c, trial.q, trial.v, False, None, work)
         for stage in range(Q.shape[0] if gap > 0.0 else 0):
-            gap, _ = find_gap(tables, address, c, Q[stage], V[stage], work)
+            gap, _ = find_gap(tables, address, c, Q[stage], V[stage], False, None, work)
             if gap <= 0.0:
                 flow.clock.retry_step, record.count.rejecting_contact = 0.5 * C[stage] * h, 0
                 return False

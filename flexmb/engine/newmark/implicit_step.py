@@ -291,7 +291,8 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     if newton.held >= 0:
         record.count.lost_pivot = newton.held
         return codes.SINGULAR if math.isfinite(trial.rhs.sum()) else codes.NOT_FINITE
-    if newton.hold != elimination.LOST_PIVOT and jacobian_reuse.number_of_held(trial) < trial.left_out.shape[0]:
+    redundant = trial.left_out.shape[0] if newton.hold != elimination.LOST_PIVOT else 0
+    if redundant > 0 and jacobian_reuse.number_of_held(trial) < redundant:
         newton.hold = elimination.LOST_PIVOT
         return EVALUATE_AGAIN
     if newton.held == elimination.ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):

@@ -373,7 +373,7 @@ def _slip_before(tables, address, c, T, work):
     """Slip of contact c at the start of the step; its gap data are in work.gap."""
     columns.gather(T.start.q, tables.contacts.dofs, 6 * c, 6, work.ql)
     columns.gather(T.start.v, tables.contacts.dofs, 6 * c, 6, work.vl)
-    call_gap(tables, address, c, work.ql, work.vl, work.gap)
+    call_gap(tables, address, c, work.ql, work.vl, True, None, work.gap)
     return work.gap[places.SLIP]
 
 

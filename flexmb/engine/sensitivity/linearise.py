@@ -17,7 +17,7 @@ from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, add_tangents, jacobians
 from flexmb.engine.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
-from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather
+from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather, turn_nodes
 from flexmb.kernels import compiled, constraint_at, copy
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, SLIDING, TANGENTIAL
 from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, LOAD_KERNEL, NO_FACTOR, Program
@@ -122,6 +122,7 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     work.r[:] = work.Gl[:] = work.lu[:] = 0.0
     T.F[:, :] = T.N[:, :] = T.T[:, :] = T.z1[:, :] = 0.0
     copy(z, T.zs)
+    turn_nodes(tables, q, work)
     add_contacts(tables, address, t, h, q, v, z, 1.0, 0.0, True, work)
     for c in range(tables.contacts.kernel.shape[0]):
         if T.closing[c] != 0:

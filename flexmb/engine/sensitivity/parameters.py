@@ -353,7 +353,7 @@ def _add_contact(varied, address, c, h, q, v, z, factor, j, T, work):
         T.z1[j, l] += factor * work.z_new[l]
     gather(q, K.dofs, 6 * c, 6, work.ql)
     gather(v, K.dofs, 6 * c, 6, work.vl)
-    call_gap(varied, address, c, work.ql, work.vl, here)
+    call_gap(varied, address, c, work.ql, work.vl, False, None, here)
     by = T.by.contact
     by[3 * j + OF_GAP, c] += factor * here[GAP]
     by[3 * j + OF_RATE, c] += factor * here[GAP_RATE]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from flexmb.engine.compiled.records import Flags, Integers, Matrix, Record, Vector
-from flexmb.engine.system.work import from_template, load_forces, new_from_template
+from flexmb.engine.system.work import from_template, load_forces, new_from_template, slopes_rows
 from flexmb.program.program import Program, body_groups
 
 PAST_STATES = 3  # number of states before the accepted one that the predictor keeps
@@ -216,7 +216,7 @@ def _zero_trial(program: Program, redundant: int, control: StepControl, left_out
         contact_groups=np.maximum(*groups[program.tables.contacts.dofs.astype(np.int64).reshape(-1, 6)[:, ::3].T]),
         speeds=int(groups.max(initial=-1)) + 1, control=control, predictor=Predictor.zeros(),
         reuse=JacobianReuse.zeros(), newton=NewtonIteration.zeros(),
-        slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
+        slopes=(slopes_rows(program), 4),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from flexmb.engine.system.contacts import add_contacts
 from flexmb.engine.system.elements import evaluate_energies
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
+from flexmb.engine.system.work import turn_nodes
 from flexmb.kernels import compiled, copy
 
 END_OF_STEP = 1.0 - 1e-9  # fraction of a step from which an instant is its end
@@ -229,6 +230,7 @@ def complete_evaluation(tables, address, h, flow, trial, work, record):
     else:
         work.r[:] = 0.0
         evaluate_energies(tables, address, t, h, q, v, a, trial.mean_v, trial.newmark_residual, flow.z, work)
+        turn_nodes(tables, q, work)
         add_contacts(tables, address, t, h, q, v, flow.z, 0.0, 0.0, False, work)
 
 

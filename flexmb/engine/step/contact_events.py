@@ -241,7 +241,7 @@ def step_to_events(tables, address, h, options, flow, trial, work, record):
         gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
         gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
         if record.count.evaluated != EVALUATED:
-            gap, rate = find_gap(tables, address, c, trial.q, trial.v, work)
+            gap, rate = find_gap(tables, address, c, trial.q, trial.v, False, None, work)
         own = h
         if gap0 > 2.0 * LEAST_DEPTH * options.length > 2.0 * gap > 0.0 and rate < 0.0:
             own = 0.99 * h  # on the onset to round-off, where the force of a law that jumps is any between

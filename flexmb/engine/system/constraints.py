@@ -4,10 +4,9 @@ With the direction J of sliding (slip = J v), N(lam) and T of the friction law: 
 Equations (1.1), (1.2) and (1.7) of docs/theory/equations_of_motion.md.
 """
 
-import math
-
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.system import work as columns
+from flexmb.engine.system.work import turns_at
 from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
 from flexmb.parts.joints.contact_point import difference, slide
 from flexmb.places import ANGLE, GUIDE, LOAD, LOAD_BY_LAM, LOAD_BY_Q, PIN, SLIDING
@@ -17,11 +16,8 @@ from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, 
 @compiled
 def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
     """Fill work.g, gv, gamma, Gl and G; if `matrix`, put G, G^T and kq H into work.lu.  Add friction to work.r."""
+    # `turn_nodes` has been called at q. Entries of G that the loops know to be 0 are so from the beginning.
     C = tables.constraints
-    work.g[:] = work.gv[:] = work.gamma[:] = work.G[:] = 0.0
-    for k in range(C.turns.shape[0]):
-        turn = C.turns[k]
-        work.cosine[turn], work.sine[turn] = math.cos(q[turn]), math.sin(q[turn])
     for c in range(C.kernel.shape[0]):
         if C.known[c] == PIN:
             add_pin(tables, c, q, v, lam, kq, matrix, work)
@@ -53,7 +49,7 @@ def add_pin(tables, c, q, v, lam, kq, matrix, work):
     C, Gl = tables.constraints, work.Gl
     x1, y1, turn1, x2, y2, turn2 = part_of(C.dofs, C.dof[c], C.dof[c + 1])
     s1x, s1y, s2x, s2y = part_of(tables.p, C.p[c, BEGIN], C.p[c, END])
-    c1, d1, c2, d2 = work.cosine[turn1], work.sine[turn1], work.cosine[turn2], work.sine[turn2]
+    c1, d1, c2, d2 = turns_at(part_of(C.dofs, C.dof[c], C.dof[c + 1]), work)
     ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
     w1, w2, row, begin = v[turn1], v[turn2], C.row[c], C.pos_g[c]
     fx, fy = lam[row], lam[row + 1]
@@ -169,12 +165,16 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
         part_of(lam, begin, end),
     )  # fmt: skip
     g, gv, gamma = part_of(work.g, begin, end), part_of(work.gv, begin, end), part_of(work.gamma, begin, end)
+    for k in range(m):
+        g[k] = gv[k] = gamma[k] = 0.0
     G, H = matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n), matrix_view(work.Kl, n, n)
     if C.known[c] == ANGLE:
         difference(p, q, g, G)
     elif C.known[c] == GUIDE:
-        slide(p, q, v, own, g, G, gamma, H)
+        slide(p, q, v, own, g, G, gamma, H, turns_at(part_of(C.dofs, C.dof[c], C.dof[c + 1]), work))
     else:
+        for k in range(C.pos_g[c], C.pos_g[c + 1]):
+            work.G[k] = 0.0
         constraint_at(address.constraint, C.kernel[c])(p, t, q, v, own, g, G, gv, gamma, H)
     for k in range(begin, end):
         if C.motion[k] < 0:

@@ -9,19 +9,21 @@ Equations (5.3) and (5.4) of docs/theory/contact.md.
 
 from flexmb import places
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.system.work import N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP
+from flexmb.engine.system.work import N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, turns_at
 from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at
 from flexmb.parts.contact.onset import crossing
+from flexmb.parts.joints.contact_point import journal_gap
 from flexmb.program import program as at
 
 
 @compiled
 def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
     """Add contact forces to work.r and, if `matrix`, their tangents to work.lu; write histories and work.contact."""
+    # `turn_nodes` has been called at q.
     K = tables.contacts
     for k in range(K.kernel.shape[0]):
         dofs, slopes = part_of(K.dofs, 6 * k, 6 * k + 6), work.slopes[k]
-        find_gap(tables, address, k, q, v, work)
+        find_gap(tables, address, k, q, v, matrix, turns_at(dofs, work), work)
         out = work.contact[k, :GAP_SIZE]
         N, N_gap, N_rate = call_normal(tables, address, k, h, out[places.GAP], out[places.GAP_RATE], z, work.z_new)
         T, T_slip, T_N = call_friction(tables, address, k, h, out[places.SLIP], N, z, work.z_new)
@@ -44,24 +46,29 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
 
 
 @compiled
-def find_gap(tables, address, k, q, v, work):
+def find_gap(tables, address, k, q, v, derivatives, turns, work):
     """Gap and gap rate of contact k at q and v; all that its gap kernel gives is written to work.contact."""
+    # derivatives, turns : see `call_gap`
     dofs = part_of(tables.contacts.dofs, 6 * k, 6 * k + 6)
     for i in range(6):
         dof = dofs[i]
         work.ql[i], work.vl[i] = q[dof], v[dof]
     out = work.contact[k, :GAP_SIZE]
-    call_gap(tables, address, k, work.ql, work.vl, out)
+    call_gap(tables, address, k, work.ql, work.vl, derivatives, turns, out)
     return out[places.GAP], out[places.GAP_RATE]
 
 
 @compiled
-def call_gap(tables, address, k, q, v, out):
+def call_gap(tables, address, k, q, v, derivatives, turns, out):
     """Call the gap kernel of contact k with its own coordinates q and velocities v."""
+    # derivatives : whether derivatives by coordinates are wanted, which known kernels may leave out.
+    # turns : cosine and sine of both angles, or None
     K = tables.contacts
-    gap_at(address.gap, K.kernel[k, at.GAP_KERNEL])(
-        part_of(tables.p, K.p[k, at.GAP_P], K.p[k, at.GAP_P_END]), part_of(q, 0, 6), part_of(v, 0, 6), out
-    )
+    p, ql, vl = part_of(tables.p, K.p[k, at.GAP_P], K.p[k, at.GAP_P_END]), part_of(q, 0, 6), part_of(v, 0, 6)
+    if K.known[k] == places.JOURNAL:
+        journal_gap(p, ql, vl, derivatives, out, turns)
+    else:
+        gap_at(address.gap, K.kernel[k, at.GAP_KERNEL])(p, ql, vl, out)
 
 
 @compiled

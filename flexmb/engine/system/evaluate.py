@@ -11,6 +11,7 @@ from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts
 from flexmb.engine.system.elements import add_elements, call_element, call_tangent, evaluate_energies, gather_state
+from flexmb.engine.system.work import turn_nodes
 from flexmb.kernels import compiled
 
 
@@ -20,6 +21,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
     # q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted [s]. Without the matrix
     # work.lu is unchanged, so that its factors can be reused.
     work.r[:] = work.Gl[:] = 0.0
+    turn_nodes(tables, q, work)
     if matrix:
         work.lu[:] = 0.0
     add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work)
@@ -31,6 +33,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
 def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
     """Evaluate forces, histories and energies at a state, without a matrix."""
     work.r[:] = work.Gl[:] = 0.0
+    turn_nodes(tables, q, work)
     evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work)
     add_contacts(tables, address, t, h, q, v, z, 0.0, 0.0, False, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 0.0, 0.0, False, work)

@@ -1,5 +1,6 @@
 """Workspace of an evaluation, allocated once for all steps."""
 
+import math
 from collections.abc import Callable, Hashable
 from functools import wraps
 from typing import Any, TypeVar
@@ -38,6 +39,20 @@ def gather(values, dofs, begin, n, target):
     """target[:n] = values at the dofs begin .. begin + n."""
     for i in range(n):
         target[i] = values[dofs[begin + i]]
+
+
+@compiled
+def turn_nodes(tables, q, work):
+    """Cosines and sines of the angles of nodes in pins, guides and journals."""
+    turns = tables.constraints.turns
+    for k in range(turns.shape[0]):
+        work.cosine[turns[k]], work.sine[turns[k]] = math.cos(q[turns[k]]), math.sin(q[turns[k]])
+
+
+@compiled
+def turns_at(dofs, work):
+    """Cosine and sine of the angles of both nodes with the coordinates dofs (6,), by `turn_nodes`."""
+    return work.cosine[dofs[2]], work.sine[dofs[2]], work.cosine[dofs[5]], work.sine[dofs[5]]
 
 
 # Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it.
@@ -92,10 +107,11 @@ class Work(Record):
     yl: Vector
     Mvl: Vector
     Myl: Vector
-    slopes: Matrix  # (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
+    # (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints, if any rubs
+    slopes: Matrix
     load: Vector  # forces on the dofs of all elements without energies of their own, one after the other
     momentum: Vector  # (n_q + 3,) M v
-    cosine: Vector  # cosine, sine: (n_q + 3,) of the angles of nodes in pins
+    cosine: Vector  # cosine, sine: (n_q + 3,) of the angles of nodes, see `turn_nodes`
     sine: Vector
     # (n, 17) of every contact: losses normal, tangential [J], impulse, loss beyond; normal force, generalised forces
     loss: Matrix
@@ -131,9 +147,15 @@ def workspace(program: Program) -> Work:
         **{name: int(each.max(initial=0)) for name, each in of_controls.items()}, output=int(controls.output[-1]),
         slope=int(controls.slope[-1]), lu=program.symbolic.size, contact=(n_k, GAP_SIZE + 2), drive=(sizes.n_c, 4),
         joint=(n_g, 4), power=Powers.zeros(), G=C.pos_g[-1], contact_scratch=(2, 6), joint_friction=(n_g, 2),
-        joint_friction_out=JOINT_FRICTION_SIZE, joint_friction_curve=(6, 6), slopes=(n_k + n_g, 4),
+        joint_friction_out=JOINT_FRICTION_SIZE, joint_friction_curve=(6, 6), slopes=(slopes_rows(program), 4),
         load=load_forces(program), loss=(n_k, 17), gap=GAP_SIZE,
     )  # fmt: skip
+
+
+def slopes_rows(program: Program) -> int:
+    """Number of contacts and, where any joint has friction, of constraints."""
+    sizes, n_k = program.tables.sizes, len(program.tables.contacts.kernel)
+    return n_k + (len(program.tables.constraints.kernel) if sizes.has_joint_friction else 0)
 
 
 def load_forces(program: Program) -> int:

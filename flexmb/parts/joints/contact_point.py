@@ -15,9 +15,15 @@ from flexmb.model.law import FrictionLaw
 
 
 @compiled
-def arms_of(s1x, s1y, s2x, s2y, q):
-    """Vectors from the nodes to the points, and from the first point to the second."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+def turns_of(q):
+    """Cosine and sine of the angles of both nodes."""
+    return math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+
+
+@compiled
+def arms_of(s1x, s1y, s2x, s2y, q, turns=None):
+    """Vectors from the nodes to the points, and from the first point to the second; turns: as of `turns_of`."""
+    c1, d1, c2, d2 = turns_of(q) if turns is None else turns
     ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
     bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
     return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
@@ -74,11 +80,45 @@ def difference_column(j, ax, ay, bx, by):
     return (first + second)[j]
 
 
+@compiled
+def journal_gap(p, q, v, derivatives, out, turns=None):
+    """Journal in a bearing: e = journal centre - bearing centre, gap = c - |e|, normal n = e/|e|."""
+    # The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
+    # Equations (5.1) and (5.2) of docs/theory/contact.md.
+    c, R1, s1x, s1y, s2x, s2y = p
+    ax, ay, bx, by, ex, ey = arms_of(s1x, s1y, s2x, s2y, q, turns)
+    vex, vey = v[3] - by * v[5] - v[0] + ay * v[2], v[4] + bx * v[5] - v[1] - ax * v[2]
+    size = math.sqrt(ex * ex + ey * ey)
+    if size > 0.0:
+        nx, ny, inverse = ex / size, ey / size, 1.0 / size
+    else:
+        nx, ny, inverse = 1.0, 0.0, 0.0
+    radius = R1 + 0.5 * (size - c)
+    r1x, r1y = ax + radius * nx, ay + radius * ny  # from node 1 to the contact point
+    r2x, r2y = r1x + q[0] - q[3], r1y + q[1] - q[4]
+    out[places.GAP] = c - size
+    out[places.GAP_RATE] = -(nx * vex + ny * vey)
+    ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
+    out[places.SLIP] = -ny * ux + nx * uy
+    put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
+    put_eccentricity(out, ex, ey, vex, vey)
+    if not derivatives:
+        return
+    gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
+    for j in range(6):
+        along, across = nx * gx[j] + ny * gy[j], (nx * gy[j] - ny * gx[j]) * inverse
+        nqx, nqy = -ny * across, nx * across
+        px, py = radius * nqx + 0.5 * along * nx, radius * nqy + 0.5 * along * ny
+        if j < 3:
+            px, py = px - gx[j], py - gy[j]
+        put_column(out, j, nqx, nqy, px, py)
+
+
 # Distance of a point of the second node along a direction of the first: value, gradient, second derivatives
 @compiled
-def direction(mx, my, s1x, s1y, s2x, s2y, q):
-    """d, its gradient, and n, far, near."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+def direction(mx, my, s1x, s1y, s2x, s2y, q, turns=None):
+    """d, its gradient, and n, far, near; turns: as of `turns_of`."""
+    c1, d1, c2, d2 = turns_of(q) if turns is None else turns
     nx, ny = c1 * mx - d1 * my, d1 * mx + c1 * my
     bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
     ex, ey = q[3] + bx - q[0], q[4] + by - q[1]
@@ -130,9 +170,9 @@ def difference(p, q, g, G):
 
 
 @compiled
-def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
+def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H, turns=None):
     """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
-    g[row], J, nx, ny, far, near = direction(dx, dy, s1x, s1y, s2x, s2y, q)
+    g[row], J, nx, ny, far, near = direction(dx, dy, s1x, s1y, s2x, s2y, q, turns)
     for j in range(6):
         G[row, j] = J[j]
     add_curvature(lam[row], nx, ny, far, near, H)
@@ -140,10 +180,10 @@ def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
 
 
 @compiled
-def slide(p, q, v, lam, g, G, gamma, H):
+def slide(p, q, v, lam, g, G, gamma, H, turns=None):
     """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
     ux, uy, s1x, s1y, s2x, s2y, angle = p
-    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H, turns)
     put_turn(1, angle, q, g, G)
 
 

@@ -18,7 +18,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints import contact_point
-from flexmb.places import ANGLE, GAP, GAP_RATE, PIN, SLIP
+from flexmb.places import ANGLE, JOURNAL, PIN
 
 if TYPE_CHECKING:
     from flexmb.parts.wear.worn_clearance import WornClearance
@@ -162,34 +162,8 @@ class Fixed(Joint):
 
 @gap_kernel
 def journal_gap_kernel(p, q, v, out):
-    """Journal in a bearing: e = journal centre - bearing centre, gap = c - |e|, normal n = e/|e|."""
-    # The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
-    # Equations (5.1) and (5.2) of docs/theory/contact.md.
-    c, R1, s1x, s1y, s2x, s2y = p
-    ax, ay, bx, by, ex, ey = contact_point.arms_of(s1x, s1y, s2x, s2y, q)
-    vex, vey = v[3] - by * v[5] - v[0] + ay * v[2], v[4] + bx * v[5] - v[1] - ax * v[2]
-    size = math.sqrt(ex * ex + ey * ey)
-    if size > 0.0:
-        nx, ny, inverse = ex / size, ey / size, 1.0 / size
-    else:
-        nx, ny, inverse = 1.0, 0.0, 0.0
-    radius = R1 + 0.5 * (size - c)
-    r1x, r1y = ax + radius * nx, ay + radius * ny  # from node 1 to the contact point
-    r2x, r2y = r1x + q[0] - q[3], r1y + q[1] - q[4]
-    out[GAP] = c - size
-    out[GAP_RATE] = -(nx * vex + ny * vey)
-    ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
-    out[SLIP] = -ny * ux + nx * uy
-    contact_point.put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
-    contact_point.put_eccentricity(out, ex, ey, vex, vey)
-    gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
-    for j in range(6):
-        along, across = nx * gx[j] + ny * gy[j], (nx * gy[j] - ny * gx[j]) * inverse
-        nqx, nqy = -ny * across, nx * across
-        px, py = radius * nqx + 0.5 * along * nx, radius * nqy + 0.5 * along * ny
-        if j < 3:
-            px, py = px - gx[j], py - gy[j]
-        contact_point.put_column(out, j, nqx, nqy, px, py)
+    """Journal in a bearing, see `contact_point.journal_gap`."""
+    contact_point.journal_gap(p, q, v, True, out)
 
 
 @constraint_kernel
@@ -315,7 +289,8 @@ class RevoluteClearance(Joint):
         ends = self.ends(mechanism)
         p = (self.play, self.bearing_radius, *ends.offsets)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
-        contact = pieces.ContactContribution(self.name, journal_gap_kernel, ends.coordinates, p, normal, self.friction)
+        own = self.name, journal_gap_kernel, ends.coordinates, p, normal, self.friction
+        contact = pieces.ContactContribution(*own, known=JOURNAL)
         return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, ends)]
 
     def _held(self, mechanism: Mechanism, ends: pieces.Ends) -> pieces.ConstraintContribution:
