@@ -228,6 +228,7 @@ class LU(Record):
     targets: SmallPlaces
     # `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
     into: Places
+    diagonal: Places  # where the diagonal of A is, in the order of elimination
 
 
 def tables(symbolic: Symbolic) -> LU:
@@ -236,7 +237,8 @@ def tables(symbolic: Symbolic) -> LU:
     if found is None:
         s, unsigned = symbolic, np.uint64
         into, rows = s.order.view(unsigned), s.rows.view(unsigned)
-        found = LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into)
+        diagonal = s.positions(s.order, s.order).astype(unsigned)
+        found = LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into, diagonal)
         _TABLES[symbolic] = found
     return found
 
@@ -255,36 +257,40 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
     # A constraint row whose pivot is not larger than `hold` times that term depends on rows before it. The row is held:
     # left out, as with an infinite pivot, so that `solve` does not change its multiplier. Its `seen` becomes negative.
     order, starts, row_ptr, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.value_ptr
-    # `seen` starts with the diagonal of A, in the order of elimination.
-    for s in range(len(starts) - 1):
-        own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
-        stride = w + row_ptr[s + 1] - row_ptr[s] + 1
-        for k in range(w):
-            at = value_ptr[s] + k * stride
-            own[k] = abs(part_of(lu, at, at + 1)[0])
+    for k in range(len(order)):  # the diagonal of A, in the order of elimination
+        seen[k] = abs(lu[sym.diagonal[k]])
     held, watched = -1, threshold if first_row == NO_ROW else max(threshold, hold)
     for s in range(len(starts) - 1):
         first, at, t, r = starts[s], value_ptr[s], sym.target_ptr[s], row_ptr[s]
         w, u = starts[s + 1] - first, row_ptr[s + 1] - r
         below, targets = part_of(sym.rows, r, r + u), part_of(sym.targets, t, t + u * u)
-        if w == 3:
-            lost = _eliminate_3(lu, at, u, seen, first, threshold, watched, order, first_row)
-            if lost < 0:
-                # The product of L and U is subtracted from the targets.
-                a, b, c, left, middle, right = _beside_3(lu, at, u)
-                for i in range(u):
-                    x, y, z, goal = left[i], middle[i], right[i], part_of(targets, i * u, (i + 1) * u)
-                    seen[below[i]] = max(seen[below[i]], abs(x * a[i] + y * b[i] + z * c[i]))
-                    for j in range(u):
-                        lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
-        elif w == 2:
-            lost = _eliminate_2(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
+        if u == 2:  # most panels of linkages; a number that is known lets the compiler unroll
+            lost = _eliminate_panel(lu, at, w, 2, seen, first, threshold, watched, order, first_row, below, targets)
         else:
-            lost = _eliminate_1(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
+            lost = _eliminate_panel(lu, at, w, u, seen, first, threshold, watched, order, first_row, below, targets)
         if lost >= 0:
             return order[first + lost]
         held = min(held, lost)
     return held
+
+
+@compiled
+def _eliminate_panel(lu, at, w, u, seen, first, threshold, watched, order, first_row, below, targets):
+    """Eliminate a panel of w pivots with u rows below; the place of a lost pivot, ROWS_HELD, or -1."""
+    if w == 1:
+        return _eliminate_1(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
+    if w == 2:
+        return _eliminate_2(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
+    lost = _eliminate_3(lu, at, u, seen, first, threshold, watched, order, first_row)
+    if lost < 0:
+        # The product of L and U is subtracted from the targets.
+        a, b, c, left, middle, right = _beside_3(lu, at, u)
+        for i in range(u):
+            x, y, z, goal = left[i], middle[i], right[i], part_of(targets, i * u, (i + 1) * u)
+            seen[below[i]] = max(seen[below[i]], abs(x * a[i] + y * b[i] + z * c[i]))
+            for j in range(u):
+                lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
+    return lost
 
 
 @compiled
@@ -428,13 +434,10 @@ def first_held_row(sym, seen):
 def smallest_pivot(sym, lu, seen, first_row):
     """Smallest pivot of the constraint rows that are not held, relative to the largest term summed up to it."""
     most = 1.0
-    for s in range(len(sym.starts) - 1):
-        first, w = sym.starts[s], sym.starts[s + 1] - sym.starts[s]
-        stride = w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1
-        for k in range(w):
-            inverse = abs(lu[sym.value_ptr[s] + k * stride])
-            if sym.order[first + k] >= first_row and seen[first + k] > 0.0 and inverse > 0.0:
-                most = max(most, inverse * seen[first + k])
+    for k in range(len(sym.order)):
+        inverse = abs(lu[sym.diagonal[k]])
+        if sym.order[k] >= first_row and seen[k] > 0.0 and inverse > 0.0:
+            most = max(most, inverse * seen[k])
     return 1.0 / most
 
 
