@@ -237,7 +237,8 @@ def tables(symbolic: Symbolic) -> LU:
     if found is None:
         s, unsigned = symbolic, np.uint64
         into, rows = s.order.view(unsigned), s.rows.view(unsigned)
-        diagonal = s.positions(s.order, s.order).astype(unsigned)
+        diagonal = s.positions(s.order, s.order).view(unsigned)
+        diagonal.setflags(write=False)
         found = LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into, diagonal)
         _TABLES[symbolic] = found
     return found

@@ -252,7 +252,14 @@ def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any
     return materials
 
 
+HERTZ = 1.5  # exponent of the contact of curved surfaces
 MISS = 0.05  # fraction of the coefficient of restitution asked for by which a law may miss it without a warning
+
+
+@compiled
+def power(depth, n):
+    """Power depth^n; Hertz's n = 3/2 by a square root, which takes a third of the time."""
+    return depth * math.sqrt(depth) if n == HERTZ else depth**n
 
 
 @normal_law
@@ -261,7 +268,7 @@ def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
     K, n, chi, least, largest, e = p
     elastic, slope = 0.0, 0.0
     if gap < 0.0:
-        elastic = K * (-gap) ** n
+        elastic = K * power(-gap, n)
         slope = n * elastic / gap
     return damped_contact(elastic, slope, chi, least, largest, e, h, gap, gap_rate, z, z_new)
 
@@ -286,7 +293,7 @@ class HysteresisLaw(DampedElasticLaw):
     """
 
     stiffness: float | None = field("K; None: Hertz's, from `materials` and the radii", "N/m^n", positive, default=None)
-    exponent: float = field("n", rule=positive, default=1.5)
+    exponent: float = field("n", rule=positive, default=HERTZ)
     restitution: float = field("coefficient of restitution e asked for", rule=RESTITUTION, default=0.9)
     least_approach: float = field("least approach speed", "m/s", not_negative, default=LEAST_APPROACH)
     materials: tuple[Material, Material] | None = field(
@@ -342,7 +349,7 @@ class HysteresisLaw(DampedElasticLaw):
 
     def passed_limits(self, depth: float, force: float) -> Iterator[str]:
         """Remarks on width and yield, with Hertz's stiffness."""
-        if self.materials is not None and self.radii is not None and self.exponent == 1.5:
+        if self.materials is not None and self.radii is not None and self.exponent == HERTZ:
             R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
             yield from validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
             pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
