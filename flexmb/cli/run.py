@@ -1,11 +1,19 @@
 """`flexmb run`: simulate a mechanism, write its files, print a summary."""
 
 import argparse
+import os
+import signal
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from importlib.util import find_spec
+from io import BytesIO
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +35,9 @@ from flexmb.results.status import followed, main_signals, panels
 from flexmb.results.vtk import write_vtk
 from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
+from flexmb.show.pictures.scene import render
+from flexmb.show.pictures.signals import plot
+from flexmb.show.pictures.style import new_figure
 from flexmb.units import quantity
 
 REPORT = "report.html"  # page of a run; pages of diagrams and of studies of a motion have the names of their files
@@ -114,13 +125,14 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     if path.is_file() != options.resume and not options.quiet:
         print(f"flexmb: {note}", file=sys.stderr)
     keywords |= {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
-    with removed_after() as checkpoints:
-        sol = simulate(mechanism, progress=not options.quiet, **keywords)
-        sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
-        if not options.quiet:
-            print(f"flexmb: files are written to {folder}.", file=sys.stderr, flush=True)
-        written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
-    lost = _write_rest(mechanism, sol, folder, name, options, written)
+    with drawing_process(options) as painter:
+        with removed_after() as checkpoints:
+            sol = simulate(mechanism, progress=not options.quiet, **keywords)
+            sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
+            if not options.quiet:
+                print(f"flexmb: files are written to {folder}.", file=sys.stderr, flush=True)
+            written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
+        lost = _write_rest(mechanism, sol, folder, name, options, written, painter)
     tell(table(mechanism, sol), written, *(one.failure for one in checkpoints), lost, "" if sol.ok else sol.status)
     return 0 if sol.ok and not lost else 1
 
@@ -182,28 +194,60 @@ def flow_options(options: argparse.Namespace) -> dict[str, Any]:
     return {**period, **solver_of(options)}
 
 
+MOST_SAVED = 100_000_000  # numbers of a solution at most that are handed to another process [1]
+
+
+@contextmanager
+def drawing_process(options: argparse.Namespace) -> Iterator[Executor | None]:
+    """A process that loads matplotlib while this one computes, and then draws; None where there is nothing to gain."""
+    copies = sys.platform == "linux" and threading.active_count() == 1  # elsewhere a process begins from nothing
+    if options.no_plots or not copies or len(os.sched_getaffinity(0)) == 1:
+        yield None
+        return
+    ignored = signal.SIGINT, signal.SIG_IGN  # Ctrl-C ends the run, whose pictures are drawn
+    with ProcessPoolExecutor(1, get_context("fork"), signal.signal, ignored) as pool:
+        pool.submit(_draw_nothing)
+        yield pool
+
+
+def _draw_nothing() -> None:
+    new_figure((1.0, 1.0)).savefig(BytesIO())
+
+
+def _draw_signals(sol: Solution, shown: list[list[str]], path: Path) -> None:
+    plot(sol, shown).savefig(path, dpi=150)
+
+
+def _draw_poses(sol: Solution, instants: np.ndarray, path: Path) -> None:
+    render(sol, instants, path=path)
+
+
 def _write_rest(
-    mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
-) -> str:
+    mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path],
+    painter: Executor | None,
+) -> str:  # fmt: skip
     """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
-    from flexmb.show.pictures.scene import render  # noqa: PLC0415
-    from flexmb.show.pictures.signals import plot  # noqa: PLC0415
     from flexmb.show.reports.study_pages import report  # noqa: PLC0415 - only when asked for
 
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
     shown, missing = panels(sol), []
-    writers: dict[str, tuple[bool, Callable[[Path], object]]] = {
-        f"{name}.pvd": (options.no_vtk, lambda path: write_vtk(sol, path, frames=options.frames)),
-        "signals.png": (options.no_plots or not shown, lambda path: plot(sol, shown).savefig(path, dpi=150)),
-        "mechanism.png": (options.no_plots, lambda path: render(sol, four_instants(mechanism, sol), path=path)),
-        REPORT: (options.no_report, lambda path: report(sol, path, mechanism=mechanism)),
-    }
-    for file, write in ((file, write) for file, (left_out, write) in writers.items() if not left_out):
+    pictures: dict[str, tuple[Any, ...]] = {"signals.png": (_draw_signals, sol, shown)} if shown else {}
+    pictures["mechanism.png"] = _draw_poses, sol, four_instants(mechanism, sol)
+    writers: dict[str, Callable[[], object]] = {}
+    if not options.no_vtk:
+        writers[f"{name}.pvd"] = partial(write_vtk, sol, folder / f"{name}.pvd", frames=options.frames)
+    painter = painter if sol.time.size * len(sol.names) <= MOST_SAVED else None
+    for file, (draw, *given) in pictures.items() if not options.no_plots else ():
+        here = partial(draw, *given, folder / file)
+        writers[file] = painter.submit(here).result if painter is not None else here
+    if not options.no_report:
+        writers[REPORT] = partial(report, sol, folder / REPORT, mechanism=mechanism)
+    for file, write in writers.items():
         try:
-            write(folder / file)
+            write()
             written.append(folder / file)
-        except (FlexmbError, OSError) as error:
+        except (FlexmbError, OSError, BrokenExecutor) as error:
             missing.append(f"{file} ({error})")  # the run itself is on disk already
     return f"some files are missing: {'; '.join(missing)}" if missing else ""
 

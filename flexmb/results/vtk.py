@@ -6,10 +6,10 @@ import json
 import re
 import tempfile
 from collections.abc import Mapping
+from html import escape
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -165,7 +165,7 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
             whole = meshio.Mesh(points, [("line", steps)], point_data={"time": np.tile(sol.time, len(paths))})
             meshio.write(Path(scratch) / TRACES, whole)
         rows = [  # the frame of each time, and the file of the paths, if there are some
-            f'    <DataSet timestep="{float(t)!r}" group="" part="{part}" file={quoteattr(f"{folder.name}/{name}")}/>'
+            f'    <DataSet timestep="{float(t)!r}" group="" part="{part}" file="{escape(f"{folder.name}/{name}")}"/>'
             for t, frame in zip(times, names, strict=True)
             for part, name in enumerate([frame, *traced])
         ]

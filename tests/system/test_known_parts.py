@@ -1,4 +1,4 @@
-"""Masses at nodes, pins, guides and journals, which the loops know without their kernels: the same numbers as by these, bit for bit."""
+"""Masses, pins, guides and journals, which the loops know without their kernels: their numbers, bit for bit."""
 
 import math
 from dataclasses import replace

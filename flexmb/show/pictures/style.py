@@ -165,7 +165,6 @@ def legend_beside(ax: mpl.axes.Axes, **more: Any) -> None:
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}  # prefixes of units by power of ten
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LEAST, MOST = 0.1, 1e4  # largest number of an axis, below and above which its unit gets a prefix
-SMALL = 1e-2  # largest number of an axis, below which numbers without a prefix may need a power of ten
 FLAT = 1e-4  # extent of an axis over its largest number, below which labels show the difference from a common number
 
 
@@ -195,11 +194,23 @@ def label_axis(
         shorten = mpl.ticker.FuncFormatter(lambda value, _: f"{value * 10.0**-power:.6g}".replace("-", "−"))
         axis.set_major_formatter(shorten)
     else:
-        # formulas take ten times as long as numbers: on axes alone that need a power of ten or a common number
-        numbers = mpl.ticker.ScalarFormatter(useMathText=is_flat or not SMALL <= largest < MOST)
+        numbers = _numbers()(useMathText=False)
         numbers.set_powerlimits((-3, 4))
         axis.set_major_formatter(numbers)
     axis.set_label_text(label_of(name, shown, between))
+
+
+@cache
+def _numbers() -> type[mpl.ticker.ScalarFormatter]:
+    """Class of the numbers of axes."""
+
+    class Numbers(mpl.ticker.ScalarFormatter):
+        def get_offset(self) -> str:
+            """Common power of ten and common number, by characters, since formulas take ten times as long."""
+            text = super().get_offset().replace("\N{MINUS SIGN}", "-")
+            return re.sub(r"(?:^1)?e\+?(-?\d+)", lambda found: f"×10{found[1].translate(RAISED)}", text)
+
+    return Numbers
 
 
 def unit_text(units: str) -> str:
