@@ -20,6 +20,7 @@ from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import jacobians
+from flexmb.engine.system.work import turn_nodes
 from flexmb.engine.system.elements import call_element, call_force, gather_state, load_factor
 from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, TANGENTIAL
@@ -197,6 +198,7 @@ def elastic_step(el, tables, work, t, h, q, v, a):
     subtract_forces(el, True, S.f)
     el.work.lu[:] = 0.0
     add_blocks(el, h, v, a)
+    turn_nodes(el.tables, S.q, el.work)
     add_constraints(el.tables, el.address, t, h, S.q, S.v, S.lam, S.z, 0.0, 0.0, True, el.work)
     lost = factor(el.lu, el.work.lu, S.seen, LOST_PIVOT)
     if lost >= 0:
