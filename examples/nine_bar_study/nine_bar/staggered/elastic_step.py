@@ -20,8 +20,8 @@ from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import jacobians
-from flexmb.engine.system.work import turn_nodes
 from flexmb.engine.system.elements import call_element, call_force, gather_state, load_factor
+from flexmb.engine.system.work import turn_nodes
 from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, TANGENTIAL
 from flexmb.program.program import BEGIN, END
