@@ -123,6 +123,7 @@ class Measured(Record):
     p: IntegerTable  # (n, 2)
     dof: Integers  # (n + 1,)
     dofs: Integers
+    gathers: Integers  # (n,) 0: its coordinates are those of the signal before
     element: Integers  # (n,) whose factor the value takes, -1: none
     use: Integers  # (n,) MULTIPLIED, ADDED or SUBTRACTED
     out: Integers  # (n,); a place follows its value

@@ -368,6 +368,7 @@ class Packer:
     def measured(self) -> Measured:
         """Arrays of the signals computed by kernels, and of relative rotations."""
         found, angles = self.contributions.signals, self.contributions.angles
+        own = [one.coordinates for one in found]
         dofs = self.number.lists(found)
         elements = [*enumerate(self.contributions.elements)]
         element = {contribution.part: e for e, contribution in reversed(elements)}
@@ -376,7 +377,7 @@ class Packer:
         return Measured(
             self.numbered("signal", [None if one.place else one.kernel for one in found]),
             self.numbered("extremum", [one.kernel if one.place else None for one in found]),
-            self.p["signal"], dofs.ptr, dofs.values,
+            self.p["signal"], dofs.ptr, dofs.values, ints([a != b for a, b in zip(own, [None, *own], strict=False)]),
             ints([element[one.part] if one.use_of_factor else -1 for one in found]),
             ints([model.USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in found]),
             ints(self.layout.measured),

@@ -98,18 +98,18 @@ def interpolate_state(n, s, h, flow, trial, record):
     old, new, past, predictor = record.last_signals, record.signals, flow.past, flow.predictor
     f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
-    before, bow = 1.0, 0.0
+    ahead, behind = 0.0, 0.0
     if predictor.past_states >= PAST_OF_QUADRATIC:
-        before = predictor.second_last_step
-        bow = s * (s - 1.0) * h * h / (h + before)
+        ahead = s * (s - 1.0) * h / (h + predictor.second_last_step)
+        behind = ahead * h / predictor.second_last_step
     for i in range(n):
         a0, a1 = old[2 * n + i], new[2 * n + i]
         trial.q[i] = f0 * old[i] + f1 * new[i] + d0 * old[n + i] + d1 * new[n + i]
         trial.v[i] = f0 * old[n + i] + f1 * new[n + i] + d0 * a0 + d1 * a1
-        trial.a[i] = (1.0 - s) * a0 + s * a1 + bow * ((a1 - a0) / h - (a0 - past[1, i]) / before)
+        trial.a[i] = (1.0 - s) * a0 + s * a1 + ahead * (a1 - a0) - behind * (a0 - past[1, i])
     for i in range(trial.lam.shape[0]):
         l0, l1 = record.last_lam[i], flow.lam[i]
-        trial.lam[i] = (1.0 - s) * l0 + s * l1 + bow * ((l1 - l0) / h - (l0 - past[1, n + i]) / before)
+        trial.lam[i] = (1.0 - s) * l0 + s * l1 + ahead * (l1 - l0) - behind * (l0 - past[1, n + i])
 
 
 @compiled

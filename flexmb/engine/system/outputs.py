@@ -72,7 +72,9 @@ def _measured(tables, address, t, q, v, a, work, peak, exact, y):
         first, second, out = S.angle[k, FIRST], S.angle[k, SECOND], S.angle_out[k]
         y[out], y[out + 1] = q[second] - q[first] - tables.p[S.angle_p[k, BEGIN]], v[second] - v[first]
     for k in range(S.kernel.shape[0]):
-        m, out = _gathered(tables, k, q, v, a, work), S.out[k]
+        m, out = S.dof[k + 1] - S.dof[k], S.out[k]
+        if S.gathers[k] > 0:
+            _gathered(tables, k, q, v, a, work)
         if S.kernel[k] < 0:
             _extremum(tables, address, t, k, m, -1.0 if exact else peak[out], work, y)
             continue
