@@ -85,7 +85,7 @@ def _loss_by_law(tables, address, c, h, flow, q1, v1, work):
 
 @compiled
 def gap_within(tables, address, c, s, h, flow, q1, v1, work, a1=None):
-    """Set work.gap to that of contact c at fraction s of the cubic path between both states; with a1: of the quintic."""
+    """Set work.gap to that of contact c at fraction s of the cubic path between both states, or quintic with a1."""
     dofs, gap = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6), work.gap
     for i in range(6):
         k = dofs[i]

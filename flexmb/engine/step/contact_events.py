@@ -196,7 +196,7 @@ def planned_step(tables, address, options, flow, trial, work):
 @compiled
 def event_time(step, speed, options, trial):
     """Time between the end of a step and an onset or separation at a speed [s], in which gaps change."""
-    return max(ONSET_TOLERANCE * trial.control.onset * step, LEAST_DEPTH * options.length / speed, options.h_min)
+    return max(ONSET_TOLERANCE * trial.control.onset * step, LEAST_DEPTH * options.length / speed)
 
 
 @compiled
