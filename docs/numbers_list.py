@@ -271,7 +271,6 @@ engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest st
 engine.dormand_prince.method.LEAST_STEPS_CONTACTS | steps | a period or a run | the same with clearance
 engine.dormand_prince.method.IMPACT_STEPS | steps | an impact | fewest steps of an impact
 engine.dormand_prince.method.NEAR_RTOL | 1 | rtol | rtol from which on steps end as far from onsets as those of other methods
-engine.dormand_prince.method.NEAREST | 1 | ONSET_TOLERANCE | least distance from an onset
 engine.dormand_prince.step.AT_CREST | 1 | a step | distance from a largest force at which stop conditions see it
 engine.dormand_prince.step.WILD_ERROR | 1 | accepted error | error of a trial that tells nothing of events
 engine.dormand_prince.step.CREST_SHARE | 1 | largest force so far | force in a step at whose place all signals are evaluated
@@ -283,6 +282,7 @@ engine.energy.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest resi
 engine.newmark.jacobian_reuse.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
 results.status.WARNING_FRACTION | 1 | limits of the ledger | from here on the status warns
 engine.step.contact_events.ROUND_OFF_GAP | 1 | size of the mechanism | gap at the start that is a contact
+engine.step.contact_events.SHORT_WAY | 1 | size of the mechanism | change of a gap in a step whose rate at onset or separation is not that of the cubic
 engine.sensitivity.tangent_step.MOST_ROUNDS | iterations | nothing | iterations of a carried step
 engine.sensitivity.tangent_step.CONVERGED_CHANGE | 1 | carried differences | change that is round-off
 engine.sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | change that has to become smaller

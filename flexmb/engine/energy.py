@@ -84,8 +84,8 @@ def _loss_by_law(tables, address, c, h, flow, q1, v1, work):
 
 
 @compiled
-def gap_within(tables, address, c, s, h, flow, q1, v1, work):
-    """Set work.gap to that of contact c at fraction s of the cubic path between both states."""
+def gap_within(tables, address, c, s, h, flow, q1, v1, work, a1=None):
+    """Set work.gap to that of contact c at fraction s of the cubic path between both states, or quintic with a1."""
     dofs, gap = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6), work.gap
     for i in range(6):
         k = dofs[i]
@@ -93,6 +93,11 @@ def gap_within(tables, address, c, s, h, flow, q1, v1, work):
         c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
         work.ql[i] = flow.q[k] + s * (d0 + s * (c2 + s * c3))
         work.vl[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
+        if a1 is not None:
+            b0, b1, x = 0.5 * h * h * flow.a[k] - c2, 0.5 * h * h * a1[k] - c2 - 3.0 * c3, s * (1.0 - s)
+            b = b0 + s * (b1 - b0)
+            work.ql[i] += x * x * b
+            work.vl[i] += x * (2.0 * (1.0 - 2.0 * s) * b + x * (b1 - b0)) / h
     for i in range(GAP_SIZE):
         gap[i] = 0.0
     call_gap(tables, address, c, work.ql, work.vl, False, None, gap)

@@ -415,7 +415,7 @@ class Run:
         return Options(
             self.stepper.regular, self.stepper.first, self.stepper.form, NEWTON_TOLERANCE, NEWTON_ITERATIONS,
             float(self.program.length), FARTHEST_LEAP * self.program.shortest, isinstance(self.step, Adaptive),
-            float(self.error), max(float(self.h_min), least_step(end)),
+            float(self.error), max(float(self.h_min), least_step(min(end, max(float(self.flow.clock.t), self.t_end)))),
             min(float(self.h_max), self.chords.longest(0.5 * (float(self.flow.clock.t) + end))), float(end),
             float(saving),
         )  # fmt: skip

@@ -181,6 +181,13 @@ def test_worn_volume_goes_with_the_friction_work_of_the_balance(depths):
     assert abs(errors[1]) < abs(errors[0])
 
 
+def test_steps_of_order_eight_wear_as_many_small_ones_do():
+    """Six steps of an impact: by the trapezoidal rule 1.4 % of the volume were missing."""
+    mechanism, step = DRY.with_part(WORN), fm.Adaptive(rtol=1e-5)
+    many, few = (rows(mechanism, t_end=0.004, method=m, step=step) for m in (fm.RadauIIA(), fm.DormandPrince()))
+    assert WORN.worn_in(few).volume == pytest.approx(WORN.worn_in(many).volume, rel=1e-3)
+
+
 def test_friction_wears_as_pressure_does_beyond_its_slow_slips():
     sol = rows(DRY.with_part(WORN), periods=1)
     by_work = replace(WORN, wear=fm.EnergyWear(bearing=1e-13, width=B)).worn_in(sol)

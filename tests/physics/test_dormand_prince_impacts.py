@@ -89,6 +89,17 @@ def test_a_stop_sees_a_level_that_is_passed_and_left_within_a_step(share):
     assert sol.time[-1] == pytest.approx(onset + 1e-4 * angle, abs=1e-6)
 
 
+def test_events_are_no_nearer_than_round_off():
+    """A pin at 20 m that meets a wall of 1e12 N/m: steps to the onset were shorter than what changes its gap."""
+    pin = fm.RigidBody("pin", at=(20.0, 0.0), mass=1.0, inertia=1.0, velocity=(0.1, 0.0, 0.0))
+    law = fm.KelvinVoigt(1e12, 0.0)
+    joint = fm.RevoluteClearance("J", fm.GROUND, pin, pin.at, clearance=PLAY, bearing_radius=0.1, normal=law)
+    step = fm.Adaptive(rtol=1e-8)
+    sol = fm.simulate(fm.Mechanism("far", [pin, joint]), t_end=0.099, method=METHOD, step=step, max_steps=1000)
+    assert sol.ok, sol.status
+    assert sol.episodes("J").restitution == pytest.approx(np.ones(5), rel=1e-6)
+
+
 def test_steps_of_an_impact_are_few_or_as_many_as_asked_for():
     def inside(step):
         sol = thrown(fm.KelvinVoigt(1e8, 0.0), t_end=0.0099, step=step, save="steps")
@@ -130,8 +141,8 @@ def test_peaks_lie_between_the_steps():
     assert min(abs(peak.time - time_of_crest(k)) for k in range(4)) < 2e-6
     by_steps = []
     for hit in sol.episodes("J"):
-        assert hit.peak_force == pytest.approx(1e4, rel=2e-3)
-        assert hit.peak_penetration == pytest.approx(1e-4, rel=2e-3)
+        assert hit.peak_force == pytest.approx(1e4, rel=3e-5)
+        assert hit.peak_penetration == pytest.approx(1e-4, rel=3e-5)
         by_steps.append(force[(sol.time > hit.start) & (sol.time < hit.end)].max())
     assert min(by_steps) < 0.99e4  # the steps alone miss it
 
@@ -143,7 +154,7 @@ def test_impulse_and_depth_of_an_impact_are_found_between_its_steps():
     assert hit.impulse == pytest.approx(SPEED_OF_PIN + hit.separation_speed, rel=1e-5)
     z = 0.5 * c / math.sqrt(k)
     depth = math.exp(-z * math.acos(z) / math.sqrt(1.0 - z * z)) / math.sqrt(k)
-    assert hit.peak_penetration == pytest.approx(depth, rel=3e-3)
+    assert hit.peak_penetration == pytest.approx(depth, rel=4e-4)  # the ramp takes 3e-4
 
 
 def time_of_crest(k, omega=1e4):

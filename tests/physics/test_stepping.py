@@ -30,6 +30,14 @@ def test_the_steps_are_those_of_simulate(mechanism, options):
     assert states[-1].stats.steps == sol.stats.steps
 
 
+def test_steps_without_an_end_are_those_of_a_period():
+    """Their smallest step was that of a time without end, and longer than a step to an onset."""
+    mechanism = fm.mechanisms.slider_crank(300.0, clearance=2e-4)
+    options = {"method": fm.DormandPrince(), "step": fm.Adaptive(rtol=1e-8)}
+    times = [state.t for state in itertools.islice(fm.steps(mechanism, **options), 60)]
+    assert times == fm.simulate(mechanism, periods=1, save="steps", **options).time[:60].tolist()
+
+
 def test_signals_by_name():
     state = next(iter(fm.steps(fm.mechanisms.slider_crank(), t_end=1e-3)))
     assert state["slider.x"] == state.values[list(state).index("slider.x")]

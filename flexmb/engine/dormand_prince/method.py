@@ -35,8 +35,7 @@ LARGEST_GROWTH, LEAST_GROWTH = 6.0, 1.0 / 3.0
 FAILED_GROWTH = 0.25  # next trial over one whose stages could not be computed
 # Number of largest steps in a period or a run, without contacts and with contacts; of steps of an impact at least.
 LEAST_STEPS, LEAST_STEPS_CONTACTS, IMPACT_STEPS = 50.0, 100.0, 6.0
-# rtol from which on steps end as far from an onset as those of other methods, else nearer by as much; nearest of all.
-NEAR_RTOL, NEAREST = 1e-2, 1e-6
+NEAR_RTOL = 1e-2  # rtol from which on steps end as far from an onset as those of other methods, else nearer by as much
 
 
 @compiled
@@ -189,7 +188,7 @@ class DormandPrince(Method):
     def impacts(self, step: Adaptive) -> tuple[float, float]:
         """Least number of steps of an impact under the error control `step`; factor of `ONSET_TOLERANCE`."""
         # A step from before an onset takes its first stages without the force, which the error estimate hardly sees.
-        near = min(max(step.rtol / NEAR_RTOL, NEAREST), 1.0)
+        near = min(step.rtol / NEAR_RTOL, 1.0)
         return float(step.impact_steps or IMPACT_STEPS), near
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may

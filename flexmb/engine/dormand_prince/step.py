@@ -52,7 +52,7 @@ FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that h
 # may have their peaks with it.
 CREST_SHARE = 0.5
 AT_CREST = 0.05  # fraction of a step from a crest to its end, up to which stop conditions see the crest
-CREST_LOOKS = 12  # number of thirds by which the place of a largest force is enclosed
+CREST_LOOKS = 12  # number of thirds (halves) by which the place of a largest force (depth) is enclosed
 WILD_ERROR = 100.0  # error over the accepted one, above which the end of a trial tells nothing of events
 # Number of stages of a step, and with the end of the step and the three stages of the dense output.
 STEP_STAGES, ALL_STAGES = 12, 16
@@ -321,7 +321,7 @@ def hides_crest(tables, address, h, options, flow, trial, work, record, D):
 @compiled
 def find_crests(tables, address, h, flow, trial, work, record, D):
     """Fill D.crests; peaks of contact intervals.  The last evaluation is that of the trial state."""
-    # Steps are long beside an impact. The cubic path between both states tells where the force is largest.
+    # Steps are long beside an impact. The quintic path between both states tells where the force is largest.
     K, gap = tables.contacts, work.gap
     for c in range(K.kernel.shape[0]):
         deepest, rate0, rate1 = 2 * c + 1, flow.z[K.z[c, COMMON_Z] + LAST_GAP_RATE], work.contact[c, GAP_RATE]
@@ -330,8 +330,11 @@ def find_crests(tables, address, h, flow, trial, work, record, D):
         if begin + end == 0.0:
             continue
         if rate0 < 0.0 < rate1:
-            s = rate0 / (rate0 - rate1)
-            gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work)
+            for _ in range(CREST_LOOKS):
+                s = 0.5 * (low + high)
+                gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work, trial.a)
+                low, high = (s, high) if gap[GAP_RATE] < 0.0 else (low, s)
+            low, high = 0.0, 1.0
             flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], -gap[GAP])
             D.crests[deepest] = s if record.peak[K.out[c] + PENETRATION] < -gap[GAP] else 0.0
         if not 4.0 * force_within(tables, address, c, 0.5, h, flow, trial, work) > begin + end + 2.0 * max(begin, end):
@@ -348,8 +351,8 @@ def find_crests(tables, address, h, flow, trial, work, record, D):
 
 @compiled
 def force_within(tables, address, c, s, h, flow, trial, work):
-    """Normal force of contact c at fraction s of the cubic path from the state to the trial state [N]."""
-    gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work)
+    """Normal force of contact c at fraction s of the quintic path from the state to the trial state [N]."""
+    gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work, trial.a)
     N, _, _ = call_normal(tables, address, c, s * h, work.gap[GAP], work.gap[GAP_RATE], flow.z, work.z_between)
     return N
 

@@ -29,6 +29,7 @@ IMPACT, LASTING = 1.0, 2.0  # modes of a contact interval, as in the signal `mod
 CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
 # Gap at the start relative to the size of the mechanism, up to which it is round-off of closing the loops.
 ROUND_OFF_GAP = 2e-12
+SHORT_WAY = 1e-9  # change of a gap within a step, over the size of the mechanism, whose rate may be round-off
 
 
 @compiled
@@ -47,8 +48,7 @@ def update_episodes(tables, h, options, flow, work, record):
             flow.episodes[c, START] = work.z_new[k + at.ONSET_TIME]
             gap0, rate0, approach = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE], -rate
             if gap0 > 0.0:
-                _, slope = cubic(crossing(h, gap0, rate0, gap, rate), h, gap0, rate0, gap, rate)
-                approach = -slope / h
+                approach = -rate_within(crossing(h, gap0, rate0, gap, rate), h, gap0, rate0, gap, rate, options)
             flow.episodes[c, APPROACH] = max(approach, 0.0)  # 0 for a grazing contact
         depth = max(-gap, 0.0)
         flow.episodes[c, IMPULSE] += work.loss[c, LOSS_IMPULSE]
@@ -58,21 +58,27 @@ def update_episodes(tables, h, options, flow, work, record):
         flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], depth)
         if now == 0.0:
             if options.save_interval < NEVER:
-                write_episode(c, h, before, gap, rate, k, flow, record)
+                write_episode(c, h, before, gap, rate, k, options, flow, record)
             for i in range(EPISODE_SIZE):
                 flow.episodes[c, i] = 0.0
 
 
 @compiled
-def write_episode(c, h, phase, gap, rate, k, flow, record):
+def rate_within(s, h, gap0, rate0, gap, rate, options):
+    """Gap rate at fraction s of a step: of the cubic, unless gaps change too little to tell it."""
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    return slope / h if abs(gap - gap0) > SHORT_WAY * options.length else rate0 + s * (rate - rate0)
+
+
+@compiled
+def write_episode(c, h, phase, gap, rate, k, options, flow, record):
     """Record the interval of contact c, which ended in this step, in a row of the buffer; k : place of its history."""
     row, gap0, rate0 = record.count.episodes, flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
-    _, slope = cubic(s, h, gap0, rate0, gap, rate)
     record.episodes[row, CONTACT] = c
     record.episodes[row, MODE] = LASTING if phase == LASTING_PHASE else IMPACT
     record.episodes[row, END] = flow.clock.t + s * h
-    record.episodes[row, SEPARATION] = max(slope / h, 0.0)
+    record.episodes[row, SEPARATION] = max(rate_within(s, h, gap0, rate0, gap, rate, options), 0.0)
     for i in range(EPISODE_SIZE):
         record.episodes[row, CARRIED + i] = flow.episodes[c, i]
     record.count.episodes += 1
@@ -178,13 +184,19 @@ def planned_step(tables, address, options, flow, trial, work):
                 h = min(h, (1.0 - LEFT_BEFORE_ONSET) * arrival)
             elif not slow:  # the impact is resolved, but not known from one before
                 h = min(h, 2.0 * arrival)
-        elif arrival > ONSET_TOLERANCE * trial.control.onset * step:
-            h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * trial.control.onset * step, 0.5 * arrival))
+        elif arrival > event_time(step, speed, options, trial):
+            h = min(h, max(arrival - 0.5 * event_time(step, speed, options, trial), 0.5 * arrival))
         else:
             find_force_jump(tables, address, c, speed, flow, work)
             probe = max(PROBE_FRACTION * trial.control.impact_steps, 1.0) * step
             h = min(h, step_across_jump(arrival, step) if flow.impacts[c, FORCE_JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
+
+
+@compiled
+def event_time(step, speed, options, trial):
+    """Time between the end of a step and an onset or separation at a speed [s], in which gaps change."""
+    return max(ONSET_TOLERANCE * trial.control.onset * step, LEAST_DEPTH * options.length / speed)
 
 
 @compiled
@@ -253,7 +265,7 @@ def step_to_events(tables, address, h, options, flow, trial, work, record):
             if own >= h:
                 own = h * place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
         elif gap0 <= 0.0 < gap:
-            own = step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial)
+            own = step_to_separation(c, h, gap0, rate0, gap, rate, options, flow, trial)
         elif gap0 <= 0.0 and in_impact(tables, c, flow, trial):
             most = 1.3 * PEAK_ACCELERATION_FACTOR * flow.episodes[c, APPROACH] / trial.control.impact_steps
             change = abs(rate - rate0)
@@ -275,21 +287,21 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
     if speed <= slow_approach_speed(c, flow, trial):
         return h
     step = flow.impacts[c, IMPACT_STEP]
-    tolerance = ONSET_TOLERANCE * trial.control.onset
     is_known, long = step > 0.0, h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
-    if not is_known or (arrival <= tolerance * step and long):
+    if not is_known or (arrival <= event_time(step, speed, options, trial) and long):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
         braking = 0.0 if is_known else own - rate0 - flow.impacts[c, GAP_ACCELERATION] * arrival
         step = impact_step(tables, address, c, h, speed, gap, own, braking, options, flow, trial, work)
     flow.impacts[c, IMPACT_STEP] = step
     find_force_jump(tables, address, c, speed, flow, work)
-    if arrival <= 1.001 * tolerance * step:
+    tolerance = event_time(step, speed, options, trial)
+    if arrival <= 1.001 * tolerance:
         if flow.impacts[c, FORCE_JUMPS] != 0.0:  # half of the jump acts all over the step that crosses it
             return h if h <= 4.0 * JUMP_STEP_FRACTION * step else step_across_jump(arrival, step)
         return min(h, step) if is_known or h > 0.5 * step else 0.5 * arrival
     # the contact force delayed the onset of the trial: each rejection goes back further, not beyond that of free flight
     ahead, _ = predicted_onset(tables, c, flow)
-    margin = 0.5 * tolerance * step * 4.0**flow.clock.rejected_trials
+    margin = 0.5 * tolerance * 4.0**flow.clock.rejected_trials
     return min(h, max(min(arrival, ahead) - margin, 0.5 * arrival))
 
 
@@ -349,14 +361,14 @@ def note_passed_contacts(tables, address, h, options, flow, trial, work, record)
 
 
 @compiled
-def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
+def step_to_separation(c, h, gap0, rate0, gap, rate, options, flow, trial):
     """Step for a trial that opens contact c [s]: to just after the separation."""
     step, s = flow.impacts[c, IMPACT_STEP], crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
-    after = ONSET_TOLERANCE * trial.control.onset * step
-    if step == 0.0 or slope / h <= slow_approach_speed(c, flow, trial) or (1.0 - s) * h <= 0.5 * after:
+    if step == 0.0 or slope / h <= slow_approach_speed(c, flow, trial):
         return h
-    return s * h + 0.25 * after
+    after = event_time(step, slope / h, options, trial)
+    return h if (1.0 - s) * h <= 0.5 * after else s * h + 0.25 * after
 
 
 @compiled

@@ -135,8 +135,9 @@ class Worn:
 
     Notes
     -----
-    This work is a part of `energy.dissipated_friction`, the same integral by the trapezoidal rule over the steps.  The
-    material that is lost takes neither energy nor mass out of the balance.
+    This work is a part of `energy.dissipated_friction`, by the trapezoidal rule over the steps, times what the impulses
+    of contact intervals are more than theirs by that rule.  The material that is lost takes neither energy nor mass out
+    of the balance.
     """
 
     depths: np.ndarray = field("depth that the surfaces lost (n,), in the order of `depths` of the joint", "m")
@@ -267,10 +268,15 @@ class WornJoint(Part):
         volume, work = np.zeros(len(self.depths)), 0.0
         for contact in self.contacts:
             slip, normal, friction = (sol.array(f"{self.name}.{contact}{name}") for name in FORCES)
-            lost = self.wear.coefficient * weight * self.wear.load(normal, friction) * np.abs(slip)
+            hits = sol.episodes(f"{self.name}.{contact}".removesuffix("."))
+            hits = hits[(hits.start > t[0]) & ~np.isnan(hits.end)]
+            within = np.searchsorted(hits.start, t) > np.searchsorted(hits.end, t)
+            impulse = float(weight[within] @ normal[within])  # by the steps: of a few in an impact 1 to 2 % are missing
+            exact = weight * (hits.impulse.sum() / impulse if impulse > 0.0 else 1.0)
+            lost = self.wear.coefficient * exact * self.wear.load(normal, friction) * np.abs(slip)
             rows = np.flatnonzero(lost)
             volume += self._spread(sol, contact, rows, lost[rows])
-            work -= float(weight @ (friction * slip))
+            work -= float(exact @ (friction * slip))
         return Worn(volume / self.areas, float(volume.sum()), float(t[-1] - t[0]), work)
 
     def worn_by(self, wear: Wear) -> Self:
