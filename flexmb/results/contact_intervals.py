@@ -45,7 +45,7 @@ class ContactLog(NamedTuple):
         if rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise InputError(f"Solution: contacts.rows has shape {rows.shape}; it must have shape (n, {len(COLUMNS)}).")
         numbers = rows[:, 0]
-        if len(numbers) and not np.all(np.isin(numbers, np.arange(len(self.names)))):
+        if not np.all((numbers >= 0.0) & (numbers < len(self.names)) & (numbers == np.floor(numbers))):
             raise InputError(f"Solution: contacts.rows names a contact beyond the {len(self.names)} of contacts.names.")
         rows.flags.writeable = False
         return ContactLog(tuple(self.names), rows)

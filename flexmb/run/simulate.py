@@ -129,12 +129,13 @@ def simulate(
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name, STEPS_KEY: isinstance(save, str)}
     model |= {} if signals is None else {SAVED_KEY: list(signals)}
-    saved = save if isinstance(save, str | Real) else tuple(np.ravel(save).tolist())
-    command = plain_values(begin=begin, end=end, save=saved, step=chosen, method=method, redundant=redundant)
-    command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
-    command |= of_start(label, start, restart, redundant)
-    command |= {} if restart is not None else {"start velocities": digest({"v": program.reference.v})}
-    kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
+    command, kept_file = of_start(label, start, restart, redundant), None
+    if checkpoint is not None:
+        saved = save if isinstance(save, str | Real) else tuple(np.ravel(save).tolist())
+        command |= plain_values(begin=begin, end=end, save=saved, step=chosen, method=method, redundant=redundant)
+        command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
+        command |= {} if restart is not None else {"start velocities": digest({"v": program.reference.v})}
+        kept_file = Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=redundant == LEAST_NORM)
     elif start is not None:

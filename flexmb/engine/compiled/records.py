@@ -170,6 +170,7 @@ class Record:
     _groups: ClassVar[dict[Any, Any]] = {}
     _inner: ClassVar[tuple[tuple[str, int], ...]] = ()
     _size: ClassVar[int] = 0
+    _arrays: ClassVar[dict[str, tuple[int, Any, int]]] = {}
     _all_floats: ClassVar[bool] = False
     _limits: ClassVar[Mapping[str, tuple[float, float]]] = {}
 
@@ -192,6 +193,7 @@ class Record:
         cls._inner = tuple((name, at) for name, kind, at in fields if kind not in NUMBERS.values())
         cls._all_floats = bool(fields) and all(kind is types.float64 for _, kind, _ in fields)
         cls._layout = tuple((name, kind, at, *_stored(kind)) for name, kind, at in fields)
+        cls._arrays = {name: (at, dtype, ndim) for name, _, at, dtype, ndim in cls._layout if ndim}
         for name, kind, at in fields:
             if kind in NUMBERS.values():
                 setattr(cls, name, _number(name, kind, at))
@@ -238,7 +240,8 @@ class Record:
         """Take these words for the record's own."""
         store = self.__dict__
         store["_words"], store["_address"] = words, words.__array_interface__["data"][0]
-        store["_floats"], store["_integers"] = words.view(np.float64), words.view(np.int64)
+        if len(self._inner) < len(self._fields):  # there are numbers
+            store["_floats"], store["_integers"] = words.view(np.float64), words.view(np.int64)
         return words
 
     def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
@@ -291,15 +294,13 @@ class Record:
 
     def replaced(self, **changes: Any) -> Self:
         """A record with other values of some fields; arrays that are not named are shared."""
-        kinds = [self._places[name][0] if name in self._places else None for name in changes]
-        if not all(isinstance(kind, types.Array) for kind in kinds):
+        if not changes.keys() <= self._arrays.keys():
             return type(self)(**{**self.as_dict(), **changes})
         other = type(self).__new__(type(self))
         other.__dict__.update(self.__dict__)
         words = other._adopt(self._words.copy())
         for name, value in changes.items():
-            kind, place = self._places[name]
-            dtype, ndim = _stored(kind)
+            place, dtype, ndim = self._arrays[name]
             if not _fits(value, dtype, ndim):
                 return type(self)(**{**self.as_dict(), **changes})
             other.__dict__[name] = value

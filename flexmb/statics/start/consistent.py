@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
@@ -13,13 +14,14 @@ from flexmb import arguments, checks
 from flexmb.engine.linalg import lu
 from flexmb.engine.linalg.dense import DENSE_UNKNOWNS, bordered_solution, plain, scaled_rows, stacked
 from flexmb.engine.linalg.rank import RANK_TOLERANCE, dependent_rows, surplus_rows
+from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import MOTION, Work
 from flexmb.errors import AssemblyError, KernelError, ModelError, SolveError
 from flexmb.late import scipy, sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program
+from flexmb.program.program import Program, freeze
 
 
 # Rigid motions of all bodies of a program, for closing loops and for start velocities
@@ -364,13 +366,18 @@ def consistent_start(
     # An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
     # velocities that the joints forbid; a `SolveError` a coordinate without mass.
     closed = compile_mechanism(mechanism, start=True) if closed is None else closed
-    q, _ = close_loops(closed, {}, t=t)
+    own = closed.reference  # all that pose and velocities depend on, beside the structure of `program`:
+    arrays = [array.tobytes() for array in (closed.tables.p, own.q, own.v, own.z, own.body, own.turns)]
+    kinds = [*map(type, closed.motions)]
+    ideal = ref(closed.symbolic), DENSE_UNKNOWNS, t, redundant, closed.length, closed.periods, kinds, arrays
+    q, _ = latest(program, "pose", ideal, lambda: close_loops(closed, {}, t=t))
     extra = redundant_rows(program, closed, q, t) if redundant else 0
-    system = StateEvaluation(program)
+    system, pose = StateEvaluation(program), with_states(program, q, q)[0]
     if extra == 0:
-        check_independent(program, with_states(program, q, q)[0], system, least_norm=redundant)
-    check_massless(mechanism, program, with_states(program, q, q)[0])
-    v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
+        latest(program, "joints", ideal, lambda: check_independent(program, pose, system, least_norm=redundant))
+    check_massless(mechanism, program, pose)
+    same, soft = system if closed is program else None, yielding_joints(program, closed)
+    v = latest(program, "velocities", ideal, lambda: rigid_velocities(closed, q, t, soft, same))
     q, v = with_states(program, q, v)
     if program.settled:  # states of controls in which their rates are 0, by Newton's method
         v, dofs = v.copy(), np.array(program.settled)
@@ -386,6 +393,21 @@ def consistent_start(
             raise SolveError(f"{text} Give start values.")
     a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
     return Start(q, v, a, lam, extra)
+
+
+_LATEST: WeakKeyDictionary[Symbolic, dict[str, tuple[Any, Any]]] = WeakKeyDictionary()  # key and result by name
+
+
+def latest(program: Program, name: str, key: Any, make: Callable[[], Any]) -> Any:
+    """The result of `make`, or the latest one of that name for a program of this structure, if its key was the same."""
+    # In a sweep of a clearance the mechanism with ideal joints is the same at all points. Kernels are pure functions.
+    known = _LATEST.setdefault(program.symbolic, {})
+    found = known.get(name)
+    if found is None or found[0] != key:
+        found = key, make()
+        freeze(found[1])
+        known[name] = found
+    return found[1]
 
 
 def with_states(program: Program, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -545,23 +567,30 @@ def accelerations(
     """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
     # z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
     # Equation (1.11) of docs/theory/equations_of_motion.md.
-    system, lam = system or StateEvaluation(program), np.zeros(program.n_c)
+    system, iterates = system or StateEvaluation(program), program.tables.sizes.has_joint_friction
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
-    M, G = system.blocks
-    sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
-    free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
-    if len(free):
-        name = program.names.coordinates[free[0]]
-        text = f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint;"
-        raise SolveError(f"{text} give it some mass.")
-    for _ in range(MOST_FRICTION_ITERATIONS if program.tables.sizes.has_joint_friction else 1):
-        b = np.concatenate([-system.force - system.constraint_force, system.gamma])
-        x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
-        lam = lam + x[program.n_q :]
-        if np.abs(x[program.n_q :]).max(initial=0.0) <= 1e-14 * np.abs(lam).max(initial=0.0):
-            break
-        system.at(q, v, lam=lam, t=t, z=z, weights=(0.0, 0.0, 1.0))
-    return x[: program.n_q], lam
+
+    def solved() -> tuple[np.ndarray, np.ndarray]:
+        lam, (M, G) = np.zeros(program.n_c), system.blocks
+        sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
+        free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
+        if len(free):
+            name = program.names.coordinates[free[0]]
+            text = f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint;"
+            raise SolveError(f"{text} give it some mass.")
+        for _ in range(MOST_FRICTION_ITERATIONS):
+            b = np.concatenate([-system.force - system.constraint_force, system.gamma])
+            x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
+            lam = lam + x[program.n_q :]
+            if not iterates or np.abs(x[program.n_q :]).max(initial=0.0) <= 1e-14 * np.abs(lam).max(initial=0.0):
+                break
+            system.at(q, v, lam=lam, t=t, z=z, weights=(0.0, 0.0, 1.0))
+        return x[: program.n_q], lam
+
+    if iterates or not system.small:
+        return solved()
+    equations = [array.tobytes() for array in (system.work.lu, system.work.gamma, system.work.r)]
+    return latest(program, "accelerations", equations, solved)  # type: ignore[no-any-return]
 
 
 def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
