@@ -96,7 +96,7 @@ engine.energy.STEPS_BEFORE_CHECK | steps | nothing | steps before the first verd
 engine.energy.energy_scale#1e-06 | 1 | energy of heights | part of it that counts as turned over
 engine.energy.energy_supplied#1e-06 | 1 | energy of heights | part of it that counts as put in
 engine.newmark.implicit_step.ROUND_OFF | 1 | coordinates | corrections below this part are round-off
-engine.newmark.implicit_step.SMALL_SYSTEM | unknowns | nothing | up to so many, each iteration that rubs has its own matrix
+engine.newmark.jacobian_reuse.SMALL_SYSTEM | unknowns | nothing | up to so many, each iteration that rubs has its own matrix
 engine.newmark.implicit_step.NONLINEAR_CORRECTION | 1 | what is wanted | size of a correction up to which its factors serve a contact
 engine.newmark.implicit_step.GAP_ROUND_OFF | 1 | round-off of corrections | round-off of a gap
 engine.newmark.implicit_step.FORCE_ROUND_OFF | 1 | round-off of coordinates | round-off of forces, of a correction that stalls
@@ -173,7 +173,7 @@ Adaptive.rtol Adaptive.atol Adaptive.max Adaptive.impact_steps generalised_alpha
 ModifiedCoulomb.v0 ModifiedCoulomb.v1
 engine.newmark.error_control.error_ratio#0.05 engine.newmark.error_control.node_error#12.0 engine.newmark.jacobian_reuse.OPENING_FRACTION engine.step.contact_events.ONSET_TOLERANCE
 engine.step.contact_events.PROBE_FRACTION engine.step.contact_events.LONGEST_IMPACT engine.step.contact_events.LEAST_DEPTH engine.step.contact_events.PEAK_ACCELERATION_FACTOR
-engine.newmark.implicit_step.SMALL_SYSTEM engine.newmark.implicit_step.NONLINEAR_CORRECTION engine.newmark.implicit_step.ROUND_OFF engine.newmark.jacobian_reuse.SLOPE_CHANGE engine.newmark.jacobian_reuse.REMAINING_ERROR
+engine.newmark.jacobian_reuse.SMALL_SYSTEM engine.newmark.implicit_step.NONLINEAR_CORRECTION engine.newmark.implicit_step.ROUND_OFF engine.newmark.jacobian_reuse.SLOPE_CHANGE engine.newmark.jacobian_reuse.REMAINING_ERROR
 engine.newmark.jacobian_reuse.NEGLIGIBLE_CORRECTION engine.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION run.run.NEWTON_TOLERANCE
 run.run.step_limits#0.01 run.run.step_limits#100.0
 engine.linalg.lu.HELD_PIVOT

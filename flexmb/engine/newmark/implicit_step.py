@@ -148,9 +148,6 @@ def _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial):
     return d, shift
 
 
-# Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
-# Matrix and factors then cost little more than a residual.
-SMALL_SYSTEM = 60
 # Correction over its tolerance, up to which contact and friction are linear enough for reused factors.
 # Larger ones gain nothing more, and leave errors of 1e-9 of an impact.
 NONLINEAR_CORRECTION = 300.0
@@ -238,8 +235,8 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
         predictor.restart_predictor(trial.predictor)
     newton.order = trial.predictor.order
     newton.measuring = reuse.steps_since_measured >= jacobian_reuse.MEASURING_INTERVAL
-    own_matrices = n + m <= SMALL_SYSTEM and jacobian_reuse.has_contact_or_friction(trial.slopes)
-    newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own_matrices
+    own = jacobian_reuse.takes_own_matrices(n + m, trial.slopes)
+    newton.reusing = jacobian_reuse.may_reuse(kv, ka, flow, reuse) and not own
     newton.may_reuse, newton.factorisations, newton.reused, newton.held = True, 0, 0, -1
     newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
     newton.hold = jacobian_reuse.initial_hold(flow)
@@ -408,8 +405,7 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
         newton.factorisations, newton.fraction = 0, 1.0
         restart_iteration(tables, h, ratio, min(newton.order - 1, 0), scheme, flow, trial)
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
-    nonlinear = n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION
-    nonlinear = nonlinear and jacobian_reuse.has_contact_or_friction(work.slopes)
+    nonlinear = newton.last_size > NONLINEAR_CORRECTION and jacobian_reuse.takes_own_matrices(n + m, work.slopes)
     fresh = reuse.age == 1.0 and reuse.smallest_pivot >= jacobian_reuse.REGULAR_PIVOT
     newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE

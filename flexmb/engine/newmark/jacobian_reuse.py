@@ -157,6 +157,9 @@ def remove_along(u, x):
         x[i] -= component * u[i]
 
 
+# Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
+# Matrix and factors then cost little more than a residual.
+SMALL_SYSTEM = 60
 LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most
 OLDEST_FACTORS = 25.0  # number of steps after which factors are discarded
 # Number of iterations beyond those of the best step, summed over steps, after which factors are discarded.
@@ -213,7 +216,8 @@ def discard_factors(reuse):
 def adopt_factors(flow, trial, work):
     """Adopt factors and states of predictor and reuse of an accepted trial."""
     if trial.reuse.refactored > 0.0 and trial.reuse.age > 0.0:
-        copy(work.lu, flow.factors)
+        if not takes_own_matrices(trial.rhs.shape[0], trial.slopes):  # else no later step reuses them
+            copy(work.lu, flow.factors)
         for k in range(trial.slopes.shape[0]):
             copy(trial.slopes[k], flow.slopes[k])
     copy_numbers(trial.predictor, flow.predictor)
@@ -239,6 +243,12 @@ def has_contact_or_friction(slopes):
         for i in range(4):
             total = max(total, abs(slopes[k, i]))
     return total > 0.0
+
+
+@compiled
+def takes_own_matrices(unknowns, slopes):
+    """Whether each iteration factors its own matrix, at these slopes of contacts and friction."""
+    return unknowns <= SMALL_SYSTEM and has_contact_or_friction(slopes)
 
 
 @compiled
