@@ -11,6 +11,7 @@ from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
 from multiprocessing import get_context
@@ -35,9 +36,6 @@ from flexmb.results.status import followed, main_signals, panels
 from flexmb.results.vtk import write_vtk
 from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
-from flexmb.show.pictures.scene import render
-from flexmb.show.pictures.signals import plot
-from flexmb.show.pictures.style import new_figure
 from flexmb.units import quantity
 
 REPORT = "report.html"  # page of a run; pages of diagrams and of studies of a motion have the names of their files
@@ -115,17 +113,17 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     if not options.no_vtk:
         checks.count("run", "--frames", options.frames, 2)
     require_those_of(options)
-    keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
     path = folder / f"{name}.checkpoint.nc"
     every = quantity(options.checkpoint, "s", "--checkpoint")
     note = f"there is no {path}; the run starts at the beginning."
     if not options.resume:
         note = f"{path} is of an interrupted run, which --resume continues; this run starts anew."
-    if path.is_file() != options.resume and not options.quiet:
-        print(f"flexmb: {note}", file=sys.stderr)
-    keywords |= {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
     with drawing_process(options) as painter:
+        keywords = keywords_of_run(mechanism, options)
+        if path.is_file() != options.resume and not options.quiet:
+            print(f"flexmb: {note}", file=sys.stderr)
+        keywords |= {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
         with removed_after() as checkpoints:
             sol = simulate(mechanism, progress=not options.quiet, **keywords)
             sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
@@ -206,20 +204,25 @@ def drawing_process(options: argparse.Namespace) -> Iterator[Executor | None]:
         return
     ignored = signal.SIGINT, signal.SIG_IGN  # Ctrl-C ends the run, whose pictures are drawn
     with ProcessPoolExecutor(1, get_context("fork"), signal.signal, ignored) as pool:
-        pool.submit(_draw_nothing)
+        pool.submit(_load_matplotlib)
         yield pool
 
 
-def _draw_nothing() -> None:
-    new_figure((1.0, 1.0)).savefig(BytesIO())
+def _load_matplotlib() -> None:
+    for name in ("scene", "signals"):
+        import_module(f"flexmb.show.pictures.{name}")
+    import_module("flexmb.show.pictures.style").new_figure((1.0, 1.0)).savefig(BytesIO())
 
 
-def _draw_signals(sol: Solution, shown: list[list[str]], path: Path) -> None:
-    plot(sol, shown).savefig(path, dpi=150)
+def _draw(sol: Solution, shown: list[list[str]], times: np.ndarray, path: Path) -> None:
+    """Draw signals, or without any poses at some times [s], into a file."""
+    from flexmb.show.pictures.scene import render  # noqa: PLC0415
+    from flexmb.show.pictures.signals import plot  # noqa: PLC0415 - only when asked for
 
-
-def _draw_poses(sol: Solution, instants: np.ndarray, path: Path) -> None:
-    render(sol, instants, path=path)
+    if shown:
+        plot(sol, shown).savefig(path, dpi=150)
+    else:
+        render(sol, times, path=path)
 
 
 def _write_rest(
@@ -232,18 +235,19 @@ def _write_rest(
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
     shown, missing = panels(sol), []
-    pictures: dict[str, tuple[Any, ...]] = {"signals.png": (_draw_signals, sol, shown)} if shown else {}
-    pictures["mechanism.png"] = _draw_poses, sol, four_instants(mechanism, sol)
+    pictures = {"signals.png": shown} if shown else {}
+    pictures, instants = {**pictures, "mechanism.png": []}, four_instants(mechanism, sol)
+    painter = painter if sol.time.size * len(sol.names) <= MOST_SAVED else None
+    drawn: dict[str, Callable[[], object]] = {}
+    for file, names in pictures.items() if not options.no_plots else ():
+        here = partial(_draw, sol, names, instants, folder / file)
+        drawn[file] = painter.submit(here).result if painter is not None else here
     writers: dict[str, Callable[[], object]] = {}
     if not options.no_vtk:
         writers[f"{name}.pvd"] = partial(write_vtk, sol, folder / f"{name}.pvd", frames=options.frames)
-    painter = painter if sol.time.size * len(sol.names) <= MOST_SAVED else None
-    for file, (draw, *given) in pictures.items() if not options.no_plots else ():
-        here = partial(draw, *given, folder / file)
-        writers[file] = painter.submit(here).result if painter is not None else here
     if not options.no_report:
         writers[REPORT] = partial(report, sol, folder / REPORT, mechanism=mechanism)
-    for file, write in writers.items():
+    for file, write in (writers | drawn).items():
         try:
             write()
             written.append(folder / file)
