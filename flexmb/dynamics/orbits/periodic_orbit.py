@@ -20,7 +20,6 @@ from flexmb.late import xr
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-
 REAL = 1e-9  # imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real
 # Kinds of changes of stability; a branch point is a crossing of two branches.
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
@@ -425,8 +424,8 @@ class Branch(arguments.Checked):
         Notes
         -----
         The step goes along the eigenvector of the multiplier -1 (+1 at a branch point).  Orbit and parameter are found
-        on the plane
-        across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is found.
+        on the plane across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is
+        found.
         """
         if event is None:
             event = next((e for kind in (FLIP, BRANCH) for e in self.events if e.kind == kind), None)

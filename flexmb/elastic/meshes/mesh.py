@@ -337,10 +337,8 @@ class PlaneMesh:
         edges, used = self.edges, np.zeros(len(points), dtype=bool)
         used[cells] = True
         if not used.all():
-            bad = int(np.argmin(used))
-            text = (
-                f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
-            )
+            bad, left = int(np.argmin(used)), int((~used).sum())
+            text = f"{label}: {left} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
             raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
         require_distinct(label, points, "cells")
         _require_sound_cells(label, points, cells, self.kind)

@@ -173,10 +173,8 @@ def accuracy(
     for name, load in loads.items():
         values = np.asarray(load(model.points) if callable(load) else load, dtype=float)
         if values.shape != model.points.shape or not np.isfinite(values).all():
-            text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite;"
-            raise InputError(
-                f"{text} it must be {model.points.shape}, one (x, y) for each of the points `model.points`."
-            )
+            text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite; it must"
+            raise InputError(f"{text} be {model.points.shape}, one (x, y) for each of the points `model.points`.")
         forces[name] = model.force_of(values) if callable(load) else np.asarray(model.shape.T @ values.ravel())
     supported = Comparison(found, element, fixed)
     free, held_ones = (one.frequencies(count) for one in (Comparison(found, element, []), supported))

@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from flexmb.show.live.server import Server
     from flexmb.show.live.widget import Widget
 
-
 NAMES = ("report.html", "film", "run.nc")  # names by which a page asks for a file
 STORE_ENTRY = "zarr.json"  # file in each folder that is itself a store
 
@@ -138,9 +137,8 @@ def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any
 
 def examination(number: int, report: Report | str) -> str:
     """Message of an examination."""
-    rows, freedom = [], ""
     if isinstance(report, str):
-        rows = [["error", "", report, ""]]
+        rows, freedom = [["error", "", report, ""]], ""
     else:
         rows = [[f.severity, f.code, f.text, f.remedy] for f in report.findings]
         freedom = f"Degrees of freedom: {report.freedom} (rigid, clearances closed), {report.free} not driven."

@@ -322,17 +322,16 @@ def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, descr
     rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts(sol))]
     notes = html.tag("ul", *(html.tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
     heading = html.tag("h3", "Notes") if notes else None
-    return html.joined(
-        [
-            html.tag("div", moving, plots, class_="stage"),
-            html.section("Largest values", peaks, anchor="peaks") if largest else None,
-            html.section("Joints with clearance", *joints, anchor="clearances") if joints else None,
-            energy_section(sol),
-            html.section("Statistics", html.facts(rows), heading, notes, anchor="statistics"),
-            _model_section(sol, description),
-            _check_section(examined(mechanism)),
-        ]
-    )
+    sections = [
+        html.tag("div", moving, plots, class_="stage"),
+        html.section("Largest values", peaks, anchor="peaks") if largest else None,
+        html.section("Joints with clearance", *joints, anchor="clearances") if joints else None,
+        energy_section(sol),
+        html.section("Statistics", html.facts(rows), heading, notes, anchor="statistics"),
+        _model_section(sol, description),
+        _check_section(examined(mechanism)),
+    ]
+    return html.joined(sections)
 
 
 def examined(mechanism: Mechanism | None) -> Report | str:
