@@ -267,9 +267,8 @@ def magnified(sol: Solution, factor: float) -> Solution:
     values, rows = sol.values.copy(), np.arange(len(sol.time))
     for body in flexible_motions(sol, rows):
         rigid = body.laid()
-        drawn = rigid + factor * (body.poses - rigid)
         places = [sol.signals.places[f"{body.part}.{node}{axis}"] for node in body.nodes for axis in COORDINATES]
-        values[:, places] = drawn.reshape(len(rows), -1)
+        values[:, places] = (rigid + factor * (body.poses - rigid)).reshape(len(rows), -1)
     return with_values(sol, sol.time, values)
 
 

@@ -104,11 +104,10 @@ def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
 def simplified(Z: np.ndarray) -> np.ndarray:
     """Combinations of the same motions that are single translations or rotations if possible, translations first."""
     Z, count = Z.copy(), Z.shape[1]
-    # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
-    order = [0, 1, *range(2, len(Z), 3), *(k for k in range(3, len(Z)) if k % 3 != 2)]
     chosen: list[int] = []
     turning: list[int] = []
-    for place in order:
+    # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
+    for place in [0, 1, *range(2, len(Z), 3), *(k for k in range(3, len(Z)) if k % 3 != 2)]:
         left = [k for k in range(count) if k not in chosen]
         if not left:
             break

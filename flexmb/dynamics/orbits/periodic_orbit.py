@@ -515,9 +515,8 @@ class Branch(arguments.Checked):
         signals = np.array([e.signals for e in self.events]).reshape(len(self.events), len(self.names))
         for k, name in enumerate(self.names):
             data[f"event.{name}"] = ("event", signals[:, k], {"units": self.units[k]})
-        coordinate = (axis, np.array([p.value for p in points]))
         attrs = {"name": self.name, "parameter": self.parameter, "ok": int(self.ok), "status": self.status}
-        return xr.Dataset(data, {self.parameter: coordinate}, attrs)
+        return xr.Dataset(data, {self.parameter: (axis, np.array([p.value for p in points]))}, attrs)
 
     def event_of(self, label: str, event: Any, kinds: Sequence[str], wanted: str) -> BranchPoint:
         """The `event` of one of some `kinds`, an element of `events` or its number; `label`, `wanted`: for messages."""

@@ -461,9 +461,8 @@ class PlaneMesh:
 
     def skfem(self) -> Mesh2D:
         """The mesh for scikit-fem, whose numbers of nodes may differ; the cells have the same order."""
-        kind = self.cell_kind.mesh
         points, cells = np.ascontiguousarray(self.points.T), np.ascontiguousarray(self.cells.T, dtype=np.int32)
-        return kind(points, cells, sort_t=False, validate=False)
+        return self.cell_kind.mesh(points, cells, sort_t=False, validate=False)
 
     def placed(self, angle: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)) -> PlaneMesh:
         """The mesh turned about its origin by `angle` [rad], then moved by `shift` [m]."""

@@ -158,12 +158,13 @@ class Reduced(MeshBody):
     @cached_property
     def _pins(self) -> tuple[Node, ...]:
         """Nodes of the body where parts may be attached."""
-        body, holes = self.body, self.body.pin_nodes if isinstance(self.body, PlaneBody) else None
+        body = self.body
         if self.pins is None:
-            return tuple(map(body.node, body.corners)) if holes is None else holes
+            return body.pin_nodes if isinstance(body, PlaneBody) else tuple(map(body.node, body.corners))
         if not self.pins:
             raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
-        known = [*body.aliases, *(node.name for node in (body.nodes() if holes is None else holes))]
+        nodes = body.pin_nodes if isinstance(body, PlaneBody) else body.nodes()
+        known = [*body.aliases, *(node.name for node in nodes)]
         found = tuple(body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
         if len({pin.name for pin in found}) < len(found):
             raise InputError(f"{self.label}: pins are {self.pins!r}; name each one once.")
