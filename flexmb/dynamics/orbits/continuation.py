@@ -584,20 +584,23 @@ class ImpactContinuation(Continuation):
                 return self._step(last, size * QUARTER)
             return None, size, f"Ended at {last.point.value:.6g}: the number of impacts changes, but not by one."
         self.pending = super()._events(last, following)
-        # The point in the coordinates of its slowest impact
-        slowest, value = min(motion.impacts, key=lambda a: a.speed, default=None), following.point.value
-        start = following.run.starts[0, -1]
-        if slowest is None or abs(self._elapsed(slowest, float(start))) < SAME * self.shooting.period:
+        following, reason = self._at_the_slowest(following, motion)
+        return following, next_size, reason or status
+
+    def _at_the_slowest(self, point: ContinuationPoint, motion: Motion) -> tuple[ContinuationPoint | None, str]:
+        """A point in the coordinates of its slowest impact; None, and the reason, if the orbit is not found there."""
+        slowest, value = min(motion.impacts, key=lambda a: a.speed, default=None), point.point.value
+        if slowest is None or abs(self._elapsed(slowest, float(point.run.starts[0, -1]))) < SAME * self.shooting.period:
             self._choose(slowest, motion.impacts, motion.turns, value)
-            return following, next_size, status
+            return point, ""
         other = self._enter(motion, value)
         if not isinstance(other, ContinuationPoint):
-            return None, next_size, f"Ended at {value:.6g}: {other}"
-        if other.ahead.value * following.ahead.value >= 0.0:
-            return other, next_size, status
+            return None, f"Ended at {value:.6g}: {other}"
+        if other.ahead.value * point.ahead.value >= 0.0:
+            return other, ""
         orbit = replace(other.point, rising=-other.point.rising)  # the parameter goes on with the sign of the point
         tests = other.tests | {orbits.FOLD: -other.tests[orbits.FOLD]}
-        return replace(other, ahead=backwards(other.ahead), point=orbit, tests=tests), next_size, status
+        return replace(other, ahead=backwards(other.ahead), point=orbit, tests=tests), ""
 
     def _actual(self, point: BranchPoint) -> Motion | None:
         """The motion of an orbit, with no silent spans."""
