@@ -356,6 +356,11 @@ class Motion:
     impacts: list[Approach]
     turns: list[Approach]
 
+    @property
+    def first(self) -> Approach:
+        """The first impact."""
+        return next(iter(self.impacts))
+
 
 @dataclass(kw_only=True)
 class ImpactContinuation(Continuation):
@@ -470,7 +475,7 @@ class ImpactContinuation(Continuation):
             if motion is None or (touch is not None and not motion.turns):
                 return np.nan
             if touch is None:
-                values.append(motion.impacts[0].speed)
+                values.append(motion.first.speed)
             else:
                 values.append(min(motion.turns, key=lambda a: abs(self._elapsed(touch, a.time))).gap)
         return values[1] - values[0]
@@ -514,7 +519,7 @@ class ImpactContinuation(Continuation):
         flow, speed = self._listener(), np.nan
         spans = flow.silent
         if self.from_impact is not None:
-            speed = motion.impacts[0].speed
+            speed = motion.first.speed
             flow.silent = spans if speed > 0.0 else self._impact_map().flow.silent
         ordinary = self.shooting.run(motion.start[None], self.shooting.period, run.value)
         if ordinary is None:
@@ -544,7 +549,7 @@ class ImpactContinuation(Continuation):
 
     def _remember(self, run: ShootingRun, touch: Approach, motion: Motion) -> None:
         """Keep phase of the touch and silent spans of a run, for neighbouring runs."""
-        start = motion.impacts[0] if self.from_impact is not None else None
+        start = motion.first if self.from_impact is not None else None
         turns = motion.turns if touch in motion.turns else [*motion.turns, touch]
         spans = self._spans(start, [a for a in motion.impacts if a is not touch], turns)
         self.touches = [*self.touches, (run, touch.time / self.shooting.period, spans)]
@@ -620,7 +625,7 @@ class ImpactContinuation(Continuation):
         motion = self._motion(grazing.run.starts, value)
         if motion is None:
             return None, self.bounds[0], f"Ended at grazing, {value:.6g}: {self.shooting.status}"
-        touch = motion.impacts[0] if name == IMPACT else min(motion.turns, key=lambda a: abs(a.gap))
+        touch = motion.first if name == IMPACT else min(motion.turns, key=lambda a: abs(a.gap))
         begin = self._enter(motion, value, touch, with_impact=name == TOUCH)
         smooth = begin if name == IMPACT else grazing
         if isinstance(smooth, ContinuationPoint):
