@@ -431,7 +431,10 @@ def spread(
     indices = _indices(table.reshape(len(names), -1, samples), names, list(laws)) if sobol and good.all() else None
     if sobol and indices is None:
         text.append("No Sobol's indices: they need all samples.")
-    return Spread(first, found, _statistics(usual, names), indices, " ".join(text))
+    rows = np.nanmean(usual, axis=1), np.nanstd(usual, axis=1, ddof=1), *np.nanquantile(usual, TAILS, axis=1)
+    named = {name: ("measure", row) for name, row in zip(STATISTICS, rows, strict=True)}
+    statistics = xr.Dataset(named, {"measure": names})
+    return Spread(first, found, statistics, indices, " ".join(text))
 
 
 def sampled(
@@ -473,12 +476,6 @@ def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
         u = np.concatenate([A, B, *(np.where(np.arange(n) == k, B, A) for k in range(n))])
     u = np.clip(u, 1e-12, 1.0 - 1e-12)
     return np.stack([law.quantile(u[:, k]) for k, law in enumerate(laws)], axis=1)
-
-
-def _statistics(table: np.ndarray, names: Sequence[str]) -> xr.Dataset:
-    rows = np.nanmean(table, axis=1), np.nanstd(table, axis=1, ddof=1), *np.nanquantile(table, TAILS, axis=1)
-    named = {name: ("measure", row) for name, row in zip(STATISTICS, rows, strict=True)}
-    return xr.Dataset(named, {"measure": list(names)})
 
 
 def _indices(blocks: np.ndarray, names: Sequence[str], parameters: Sequence[str]) -> xr.Dataset:

@@ -117,9 +117,7 @@ def optimise(
         own = dict(zip(bounds, ParameterModel(label, model, list(bounds)).values, strict=True))
     held = {name: own[name] if bounds[name][0] <= own[name] <= bounds[name][1] else middle[name] for name in bounds}
     held |= {name: checks.between(label, name, value, *bounds[name]) for name, value in chosen.items()}
-    x = evaluation.scaled(held)
-    if everywhere:
-        x = _looked_for(evaluation)
+    x = _looked_for(evaluation) if everywhere else evaluation.scaled(held)
     first = evaluation.at(x)
     if first.status:
         raise SolveError(f"{label}: the first design failed: {first.status.rstrip('.')}. Give another start.")

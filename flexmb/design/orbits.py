@@ -289,9 +289,8 @@ def _described(orbit: Any, parameters: Any) -> tuple[Dynamics, ParameterModel]:
     def numbers(**_: float) -> Any:
         """A function with the parameters of the system as its arguments."""
 
-    kind = inspect.Parameter.KEYWORD_ONLY
     named = {name: value for name, value in system.parameters.items() if name.isidentifier() and not iskeyword(name)}
-    own = [inspect.Parameter(name, kind, default=value) for name, value in named.items()]
+    own = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value) for name, value in named.items()]
     numbers.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
     return system, ParameterModel(LABEL, numbers, parameters)
 

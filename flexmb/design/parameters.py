@@ -76,8 +76,7 @@ class ParameterModel:
             value = present if given.get(name) is None else given[name]
             number = isinstance(value, Real) and not isinstance(value, bool)
             if not number or "float" not in wanted.split(" | "):
-                kind = wanted if number else repr(value)
-                text = f"{label}: {name!r} is {kind}"
+                text = f"{label}: {name!r} is {wanted if number else repr(value)}"
                 raise InputError(f"{text}; there are derivatives by real numbers alone. Compare runs with both values.")
             parameters.append(Parameter(name, checks.number(label, name, value, unit), unit))
         self.parameters = tuple(parameters)

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
-
 MOST_LOOKS = 4096  # largest number of renormalisations between two points
 INTERVALS = 1000  # number of intervals into which a duration is divided, if no interval is given
 
@@ -114,7 +113,6 @@ TOO_MUCH = 1e4
 FAR_TOO_MUCH = 1e6
 # Length of a vector without its components along the others, over its own length, below which it is round-off.
 LOST = 1e-13
-
 
 Perturbation: TypeAlias = "TangentVectors | TrajectoryPair"  # small differences of states whose growth is measured
 

@@ -303,11 +303,8 @@ def planes(names: Sequence[str], known: Sequence[str]) -> list[tuple[str, str | 
         if (beside := f"{owner}{dot}{BESIDE.get(last, '')}") in known:
             pairs[x] = beside
     back = {y: x for x, y in pairs.items()}
-    planes_found: dict[tuple[str, str | None], None] = {}
-    for name in names:
-        first = back.get(name, name)
-        planes_found[first, pairs.get(first)] = None
-    return list(planes_found)
+    firsts = dict.fromkeys(back.get(name, name) for name in names)
+    return [(first, pairs.get(first)) for first in firsts]
 
 
 def goes_round(unit: str, values: np.ndarray) -> bool:
@@ -453,9 +450,8 @@ def _series(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
     for name in dict.fromkeys(key for row in rows for key in row):
         values = [row.get(name) for row in rows]
         text = any(isinstance(value, str) for value in values)
-        blank = "" if text else np.nan
-        column = np.array([blank if v is None else v for v in values], dtype=object if text else np.float64)
-        data[name] = ("signal", column)
+        filled = [("" if text else np.nan) if value is None else value for value in values]
+        data[name] = ("signal", np.array(filled, dtype=object if text else np.float64))
     curves = [f.exponent for f in estimates if f.exponent is not None]
     if curves:
         longest = max(len(c.time) for c in curves)

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
-
 ROUNDS = 200  # largest number of trials of a search for a crossing
 HALVINGS = 40  # largest number of halvings of a step in the search for a point before a crossing
 DOWN, UP = -1, 1  # directions of a crossing, and sides of the level

@@ -23,7 +23,6 @@ GROUP = 1e-3  # smallest size of a signal, over the size of the largest signal o
 # Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions.
 SEPARATE = 10.0
 
-
 Known = tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]  # units, driven names and sizes of signals
 
 
@@ -194,8 +193,7 @@ def find_approach(scaled: np.ndarray, spread: float, longest: int = LONGEST) -> 
     # A cycle has at most `longest` points. The steps over k shrink by at least a third from each third of the record to
     # the next, and are below a fifth of the spread of the points in the last third. Points (n, m) and the extent
     # `spread` are in tolerances.
-    count = len(scaled)
-    for k in range(1, min(longest, longest_cycle(count)) + 1):
+    for k in range(1, min(longest, longest_cycle(len(scaled))) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
         thirds = [np.array([third.max(), np.median(third)]) for third in np.array_split(steps, 3)]
         if all((b <= a / 1.5).all() for a, b in pairwise(thirds)) and thirds[2][0] < 0.2 * spread:

@@ -75,9 +75,8 @@ class Report:
         return json.dumps(self.as_dict(), indent=2)
 
     def __repr__(self) -> str:
-        sizes = f"{counted(len(self.bodies), 'body')}, {counted(self.freedom, 'degree')} of freedom, {self.free} free, "
-        sizes += f"{self.mass:.6g} kg"
-        return cut(f"Report on {self.name!r}: {_counted(self.findings)}; {sizes}")
+        sizes = f"{counted(len(self.bodies), 'body')}, {counted(self.freedom, 'degree')} of freedom, {self.free} free"
+        return cut(f"Report on {self.name!r}: {_counted(self.findings)}; {sizes}, {self.mass:.6g} kg")
 
     def _repr_html_(self) -> str:
         rows = [(f.severity, f.code, f.text, f.remedy) for f in self.findings]

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -35,7 +35,6 @@ from flexmb.statics.modes import Examination, LinearModes, State, Vibrations, fa
 if TYPE_CHECKING:
     from flexmb.run.run import Run
 
-
 # The part of the examination that costs next to nothing, of every run: laws and motions of users, tables, numbers
 
 REMEMBERED = 512  # number of laws whose findings are remembered: a sweep declares the same ones again and again
@@ -60,15 +59,8 @@ def _laws(mechanism: Mechanism) -> Iterator[tuple[str, Law]]:
     for part in mechanism.parts:
         for value in vars(part).values():
             for one in value if type(value) is tuple else (value,):
-                kind: Any = type(one)
-                if _is_law(kind):
+                if isinstance(one, Law):
                     yield part.name, one
-
-
-@cache
-def _is_law(kind: type) -> bool:
-    """Whether a class is one of laws and motions."""
-    return issubclass(kind, Law)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -250,23 +242,22 @@ def _other_remedies(run: Run, mechanism: Mechanism) -> Iterator[Finding]:
         yield found("failed-step", (), text, "Give a larger rtol or atol.", atol=run.error, round_off=least)
     now = float(run.flow.clock.t)
     target = min(now + run.h_max, run.t_end)
-    for step in _other_steps(run) if target > now else ():
+    others: list[FixedStep | Adaptive]  # steps that may get past the failure, the cheapest first
+    if isinstance(run.step, FixedStep):
+        others = [run.step.finer(), FixedStep(0.1 * run.step.size), Adaptive(), Adaptive(rtol=1e-6)]
+    else:
+        least_step = None if run.step.min is None else 1e-3 * run.step.min
+        finer, smaller = run.step.finer(), dataclasses.replace(run.step, min=least_step)
+        coarser = dataclasses.replace(run.step, rtol=min(10.0 * run.step.rtol, 1e-2), atol=None)
+        finest = dataclasses.replace(finer.finer(), min=least_step)
+        others = [finer, *([] if least_step is None else [smaller]), coarser, finest]
+    for step in others if target > now else ():
         if _passes(run, mechanism, step, target):
             values = {field.name: getattr(step, field.name) for field in dataclasses.fields(step)}
             given = ", ".join(f"{name}={value:.4g}" for name, value in values.items() if value is not None)
             text = f"Tried: with step={type(step).__name__}({given}) the run gets past this instant."
             yield found("failed-step", (), text)
             return
-
-
-def _other_steps(run: Run) -> list[FixedStep | Adaptive]:
-    """Steps that may get past a failure, the cheapest first."""
-    if isinstance(run.step, FixedStep):
-        return [run.step.finer(), FixedStep(0.1 * run.step.size), Adaptive(), Adaptive(rtol=1e-6)]
-    least = None if run.step.min is None else 1e-3 * run.step.min
-    finer, smaller = run.step.finer(), dataclasses.replace(run.step, min=least)
-    coarser = dataclasses.replace(run.step, rtol=min(10.0 * run.step.rtol, 1e-2), atol=None)
-    return [finer, *([] if least is None else [smaller]), coarser, dataclasses.replace(finer.finer(), min=least)]
 
 
 def _passes(run: Run, mechanism: Mechanism, step: FixedStep | Adaptive, target: float) -> bool:
@@ -422,8 +413,7 @@ class Looked:
 def vibration_findings(looked: Looked) -> Iterator[Finding]:
     """Findings on the fastest vibration with energy of which steps lose a part."""
     program = looked.program
-    short = looked.steps < (FEWEST_STEPS if program.names.contacts else 1)
-    if short or not len(looked.times):
+    if looked.steps < (FEWEST_STEPS if program.names.contacts else 1) or not len(looked.times):
         return
     if program.n_q > MOST_UNKNOWNS:
         text = f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."

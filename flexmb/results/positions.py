@@ -228,9 +228,7 @@ def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion
     for element in sol.shapes:
         if isinstance(element, BeamShape):
             beams.setdefault(element.part, []).append(element)
-    bodies: dict[str, tuple[dict[str, Any], MeshShape | None]] = {
-        p: (unstressed(own), None) for p, own in beams.items()
-    }
+    bodies: dict[str, tuple[dict[str, Any], Any]] = {part: (unstressed(own), None) for part, own in beams.items()}
     bodies |= {s.part: (dict(zip(s.nodes, s.poses, strict=False)), s) for s in sol.shapes if isinstance(s, MeshShape)}
     found = []
     for part, (shape, mesh) in bodies.items():
@@ -269,9 +267,8 @@ def magnified(sol: Solution, factor: float) -> Solution:
     values, rows = sol.values.copy(), np.arange(len(sol.time))
     for body in flexible_motions(sol, rows):
         rigid = body.laid()
-        drawn = rigid + factor * (body.poses - rigid)
         places = [sol.signals.places[f"{body.part}.{node}{axis}"] for node in body.nodes for axis in COORDINATES]
-        values[:, places] = drawn.reshape(len(rows), -1)
+        values[:, places] = (rigid + factor * (body.poses - rigid)).reshape(len(rows), -1)
     return with_values(sol, sol.time, values)
 
 

@@ -561,8 +561,7 @@ def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
     is_own = type(values) is np.ndarray and values.dtype == np.float64 and values.flags.owndata
     is_fixed = is_own and values.flags.c_contiguous and not values.flags.writeable
     array: Any = values if is_fixed else np.array(values, dtype=np.float64, order="C")
-    fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
-    if not fits:
+    if array.ndim != len(shape) or any(want not in (None, n) for n, want in zip(array.shape, shape, strict=True)):
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
     array.flags.writeable = False

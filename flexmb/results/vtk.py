@@ -54,11 +54,10 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     are lines as in pictures; joints are vertices; plane bodies are their deformed meshes.  Point data: displacement
     (since the first frame, with the rigid motion), deformation (against the unstressed body laid through its joints, as
     `magnify` has it in pictures: a mechanism warped by it stays together), axial_force, bending_moment, shear_force,
-    curvature and bending_stiffness of beams (signs as in `elastic.beams.fem`), normal_force of contacts,
-    and stress_x, stress_y, stress_xy in world axes and von_mises of plane bodies; 0 where it does not apply.  Cell
-    data: part and kind, numbers whose names stand in names.json in the folder of the frames.  Paths of markers with
-    `trace` are part 1 of each frame, in one file with the time as point data.  Older frames of the name are
-    replaced.
+    curvature and bending_stiffness of beams (signs as in `elastic.beams.fem`), normal_force of contacts, and stress_x,
+    stress_y, stress_xy in world axes and von_mises of plane bodies; 0 where it does not apply.  Cell data: part and
+    kind, numbers whose names stand in names.json in the folder of the frames.  Paths of markers with `trace` are part 1
+    of each frame, in one file with the time as point data.  Older frames of the name are replaced.
 
     Parameters
     ----------

@@ -221,12 +221,11 @@ class LoadPath:
     def _newton(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Coordinates and multipliers under s times the loads, by Newton's method."""
         program, start = self.program, self.start[0]
-        size = program.sizes
         for _ in range(MOST_ITERATIONS):
             K, G = self.tangent(q, lam, s)
             rest = self.system.force + self.system.constraint_force + s * (self.force + self.stiffness @ (q - start))
             d, change = self.solve_held(K, G, -rest, -self.system.residual)
-            longest = float(np.abs(d / size).max())
+            longest = float(np.abs(d / program.sizes).max())
             if not math.isfinite(longest):
                 return None
             part = min(1.0, LONGEST_STEP / longest) if longest else 1.0
@@ -465,7 +464,6 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
         """1/s times x, on the null space of G."""
         return -held(K_path @ x)
 
-    wanted = min(4 * count + 4, n // 4)
     symmetric = abs(K_path - K_path.T).max() <= ASYMMETRY * abs(K_path).max()
     if symmetric and is_stable(program, K, G) is False:
         raise SolveError(_unstable(program))
@@ -476,7 +474,7 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
         # loads of low rank leave Lanczos' method too few vectors: the other one then finds them
         off = [np.abs(inverses(v) - w * v).max() / np.abs(w * v).max() for w, v in zip(inverse, x.T, strict=True)]
         if not (symmetric and max(off) <= MISSED and (x * (K @ x)).sum(axis=0).min() > 0.0):
-            inverse, x = largest_of(inverses, n, wanted)
+            inverse, x = largest_of(inverses, n, min(4 * count + 4, n // 4))
     except (sp.linalg.ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
     if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():

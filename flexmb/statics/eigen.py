@@ -104,12 +104,10 @@ def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
 def simplified(Z: np.ndarray) -> np.ndarray:
     """Combinations of the same motions that are single translations or rotations if possible, translations first."""
     Z, count = Z.copy(), Z.shape[1]
-    angles = list(range(2, len(Z), 3))
-    # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
-    order = [0, 1, *angles, *(k for k in range(3, len(Z)) if k % 3 != 2)]
     chosen: list[int] = []
     turning: list[int] = []
-    for place in order:
+    # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
+    for place in [0, 1, *range(2, len(Z), 3), *(k for k in range(3, len(Z)) if k % 3 != 2)]:
         left = [k for k in range(count) if k not in chosen]
         if not left:
             break
@@ -359,9 +357,8 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> E
 def largest_of_pencil(A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]) -> Eigenpairs:
     """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors."""
     # A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
-    # space.
-    # `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0. `beyond` gives the
-    # number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
+    # space. `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0. `beyond` gives
+    # the number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
     values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), count, "LM")
     for sign, end in ((1.0, "LA"), (-1.0, "SA")):
         if (sign * values > 0.0).sum() < count:

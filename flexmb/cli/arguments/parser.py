@@ -23,7 +23,6 @@ from flexmb.version import versions
 if TYPE_CHECKING:
     from flexmb.cli.arguments.source import Source
 
-
 SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
 SET_HELP = "a field of a part with another value, e.g. slider.mass=0.2 or B.clearance=50um; may be given several times"
 STATUSES = """exit status:

@@ -530,9 +530,8 @@ class ImpactContinuation(Continuation):
         if not isinstance(point, ContinuationPoint):
             return point
         least = min((a.gap for a in motion.turns), default=np.inf)
-        speeds = np.array([a.speed for a in motion.impacts])
         gaps = point.point.grazing | {GAP: least if motion.turns else np.nan}
-        orbit = replace(point.point, grazing=gaps, impact_speeds=speeds)
+        orbit = replace(point.point, grazing=gaps, impact_speeds=np.array([a.speed for a in motion.impacts]))
         return replace(point, run=run, tests=point.tests | {IMPACT: speed, TOUCH: least}, point=orbit)
 
     def grazing(self, event: BranchPoint) -> ShootingRun:

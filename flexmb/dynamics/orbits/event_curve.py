@@ -26,7 +26,6 @@ SMALLEST = 1e-4  # smallest step, over the first one
 SHARPEST = 0.9  # smallest cosine of the angle by which the curve may turn in a step
 PRECISE = 1e-9  # correction, over the ranges, with which a point is found
 
-
 CurvePoint = tuple[np.ndarray, ShootingRun]  # place (2,) in units of the ranges, and the orbit there
 
 
@@ -135,7 +134,6 @@ def curve(
     plane, run = _plane(branch, event, shooting, parameter, high - low)
     place = np.array([event.value, begin]) / plane.units
     size, most = checks.between(label, "step", step, 1e-6, 1.0), checks.count(label, "points", points, 1)
-
     plane.low, plane.high, middle = low, high, (place, run)
     (down, lower_end), (up, upper_end) = (plane.walk(middle, size, most, sign) for sign in (-1.0, 1.0))
     whole = [*down[::-1], middle, *up]

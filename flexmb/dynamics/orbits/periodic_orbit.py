@@ -20,7 +20,6 @@ from flexmb.late import xr
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-
 REAL = 1e-9  # imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real
 # Kinds of changes of stability; a branch point is a crossing of two branches.
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
@@ -425,8 +424,8 @@ class Branch(arguments.Checked):
         Notes
         -----
         The step goes along the eigenvector of the multiplier -1 (+1 at a branch point).  Orbit and parameter are found
-        on the plane
-        across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is found.
+        on the plane across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is
+        found.
         """
         if event is None:
             event = next((e for kind in (FLIP, BRANCH) for e in self.events if e.kind == kind), None)
@@ -516,9 +515,8 @@ class Branch(arguments.Checked):
         signals = np.array([e.signals for e in self.events]).reshape(len(self.events), len(self.names))
         for k, name in enumerate(self.names):
             data[f"event.{name}"] = ("event", signals[:, k], {"units": self.units[k]})
-        coordinate = (axis, np.array([p.value for p in points]))
         attrs = {"name": self.name, "parameter": self.parameter, "ok": int(self.ok), "status": self.status}
-        return xr.Dataset(data, {self.parameter: coordinate}, attrs)
+        return xr.Dataset(data, {self.parameter: (axis, np.array([p.value for p in points]))}, attrs)
 
     def event_of(self, label: str, event: Any, kinds: Sequence[str], wanted: str) -> BranchPoint:
         """The `event` of one of some `kinds`, an element of `events` or its number; `label`, `wanted`: for messages."""

@@ -338,10 +338,10 @@ def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, 
     count, begin = count if flow else round(duration), system.time
     times, values, states = [begin], [system.observe()], [system.state()]
     for k in range(count):
-        ahead = begin + duration * (k + 1) / count - system.time
-        if not system.advance(ahead if flow else 1):
+        time = begin + duration * (k + 1) / count
+        if not system.advance(time - system.time if flow else 1):
             break
-        times.append(begin + duration * (k + 1) / count)
+        times.append(time)
         values.append(system.observe())
         states.append(system.state())
     return np.array(times), np.array(values), states

@@ -268,14 +268,13 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     # The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
     # lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)). Modified Gram-Schmidt, applied
     # twice. Entries without weight follow the others. Columns may be so long that their squares overflow.
-    k = tangents.shape[1]
     with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite
         lengths = np.asarray(np.abs(np.where(weights[:, None] > 0.0, tangents, 0.0)).max(axis=0, initial=0.0))
         lengths[lengths == 0.0] = 1.0
         scaled = np.isfinite(lengths)
         tangents[:, scaled] /= lengths[scaled]
         for _ in range(2):
-            for j in range(k):
+            for j in range(tangents.shape[1]):
                 column = tangents[:, j]
                 for i in range(j):
                     column -= (weights * tangents[:, i] @ column) * tangents[:, i]

@@ -31,6 +31,7 @@ class GivenSystem(Dynamics):
     _time: float
     _state: np.ndarray
     _entering: np.ndarray | None  # coordinates seen in the values of the function; None: not yet sought
+    _motion: CompiledMotion | None = None  # in compiled code
 
     def _declare(
         self, name: str, function: Callable[..., Any], start: Sequence[float] | np.ndarray,
@@ -68,6 +69,7 @@ class GivenSystem(Dynamics):
     def copy(self) -> Self:
         other = copy.copy(self)
         other._parameters, other._state = dict(self._parameters), self._state.copy()
+        other._motion = self._motion and self._motion.copy()
         return other
 
     def _begin(self, state: np.ndarray | None, parameters: Mapping[str, Any] | None) -> None:
@@ -305,11 +307,6 @@ class ODE(GivenSystem, ContinuousFlow):
         if self._motion is None or not self._motion.usable or not self.ok:
             return None
         return self._motion.run(self, limit, section=(signal, level, side))
-
-    def copy(self) -> Self:
-        other = super().copy()
-        other._motion = self._motion and self._motion.copy()
-        return other
 
     def velocity(self) -> np.ndarray:
         return self._rate(self._time, self._state)

@@ -429,10 +429,8 @@ class MechanismFlow(ContinuousFlow):
 
     def _compile(self, changes: Mapping[str, Any]) -> None:
         """Compile the mechanism with these changes, and make a new run."""
-        changed = changes != self.changes or "program" not in vars(self)
-        mechanism = self.base.with_(changes) if changes else self.base
-        if changed:
-            self.program, self._closed = compile_with_start(mechanism)
+        if changes != self.changes or "program" not in vars(self):
+            self.program, self._closed = compile_with_start(self.base.with_(changes) if changes else self.base)
             self.period = self.declared or period_or_none(self.program)
             self.driven = len(self.program.motions) > 0
             self.names = tuple(s.name for s in self.program.names.signals)

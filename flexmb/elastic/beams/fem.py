@@ -98,8 +98,7 @@ class BeamMatrices:
     def inertia_integrals(self) -> Array:
         """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`."""
         # 1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a
-        # turn of all sections by 1 is (0, 1, L, 1).
-        # Equations (3.8) and (3.9) of docs/theory/inertia.md.
+        # turn of all sections by 1 is (0, 1, L, 1). Equations (3.8) and (3.9) of docs/theory/inertia.md.
         n, L = len(self.lengths), self.lengths
         basis = np.zeros((n, 4, 4))
         basis[:, 0, 0] = basis[:, 1, 2] = basis[:, 2, 1] = basis[:, 3, 3] = 1.0
@@ -133,9 +132,8 @@ class BeamData:
     """Data of one straight beam that its matrices depend on."""
 
     # Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`). Without shear not for thick beams: length over
-    # height should exceed about 10.
-    # Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
-    # Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
+    # height should exceed about 10. Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt,
+    # Concepts and Applications of Finite Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
     stations: Array  # (n + 1,) increasing [m]
     section: Section
     material: Material

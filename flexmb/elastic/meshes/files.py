@@ -91,14 +91,13 @@ def _plane_cells(file: Path, mesh: Any, points: Array) -> tuple[Array, Indices, 
     if len(kinds & {"tri3", "quad4"}) and len(kinds & {"tri6", "quad9"}):
         text = f"{file}: linear and quadratic cells in one mesh ({', '.join(sorted(kinds))})"
         raise FileFormatError(f"{text}. Export all cells with the same order.")
-    halve = len(kinds) > 1
     cells, owners = [], []
     for kind, name, data, first in blocks:
         nodes = data
         if name == "quad8":
             points, nodes = with_centres(points, data)
         owner = first + np.arange(len(data))
-        if halve and kind in TRIANGLES:
+        if len(kinds) > 1 and kind in TRIANGLES:
             nodes, owner = halved(points, nodes, TRIANGLES[kind]), np.tile(owner, 2)
         cells.append(nodes)
         owners.append(owner)

@@ -337,10 +337,8 @@ class PlaneMesh:
         edges, used = self.edges, np.zeros(len(points), dtype=bool)
         used[cells] = True
         if not used.all():
-            bad = int(np.argmin(used))
-            text = (
-                f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
-            )
+            bad, left = int(np.argmin(used)), int((~used).sum())
+            text = f"{label}: {left} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
             raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
         require_distinct(label, points, "cells")
         _require_sound_cells(label, points, cells, self.kind)
@@ -463,9 +461,8 @@ class PlaneMesh:
 
     def skfem(self) -> Mesh2D:
         """The mesh for scikit-fem, whose numbers of nodes may differ; the cells have the same order."""
-        kind = self.cell_kind.mesh
         points, cells = np.ascontiguousarray(self.points.T), np.ascontiguousarray(self.cells.T, dtype=np.int32)
-        return kind(points, cells, sort_t=False, validate=False)
+        return self.cell_kind.mesh(points, cells, sort_t=False, validate=False)
 
     def placed(self, angle: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)) -> PlaneMesh:
         """The mesh turned about its origin by `angle` [rad], then moved by `shift` [m]."""

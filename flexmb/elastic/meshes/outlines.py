@@ -497,8 +497,7 @@ def _link(
         raise InputError(f"{text}. Make the link longer or the eyes smaller.")
     corners = [(r * math.cos(a), r * math.sin(a)) for r, a in zip(radii, angles, strict=True)]
     slope = (corners[1][1] - corners[0][1]) / (length - corners[0][0] - corners[1][0])
-    own = zip(radii, holes, angles, (slope, -slope), (size, size), fillets, strict=True)
-    eyes = [_Eye(*numbers) for numbers in own]
+    eyes = list(map(_Eye, radii, holes, angles, (slope, -slope), (size, size), fillets))
     if sum(eye.reach for eye in eyes) >= length:
         text = f"{label}: the fillets of {fillets[0]:g} and {fillets[1]:g} m leave no shank between the eyes"
         raise InputError(f"{text}, which are {length:g} m apart. Make them smaller.")

@@ -175,10 +175,9 @@ def principal(stress: Array) -> tuple[Array, Array, Array]:
 
 # Largest von Mises stress of a plane body with all nodes of its mesh, and the node where it acts
 
-# Parameters p: number of nodes, nodes of a cell, cells.
-# At HEAD: 1 / area of the cells of each node; (cells, ...) nodes, places X, mean gradients, gradients at the nodes,
-# d11, d12, d33 times area, sz over sx + sy; then the ties of the nodes, as of a cell
-# (`flexmb.elastic.planes.elements`).
+# Parameters p: number of nodes, nodes of a cell, cells. At HEAD: 1 / area of the cells of each node; (cells, ...)
+# nodes, places X, mean gradients, gradients at the nodes, d11, d12, d33 times area, sz over sx + sy; then the ties of
+# the nodes, as of a cell (`flexmb.elastic.planes.elements`).
 NODES, WIDTH, CELLS, HEAD = range(4)
 D11, D12, D33, ACROSS = range(4)  # numbers of the material of a cell
 XX, YY, XY, ZZ, PARTS = range(5)  # components of a stress; PARTS is their count

@@ -99,9 +99,8 @@ class Comparison:
     def __init__(self, found: Basis, element: Superelement, held: Sequence[int]) -> None:
         self.model, self.found = found.model, found
         K, M = self.model.stiffness.tocsc(), self.model.mass_matrix()
-        n = found.shapes.shape[1]
         self.kept = np.setdiff1d(np.arange(K.shape[0]), held)
-        self.own_kept = np.setdiff1d(np.arange(n), held)
+        self.own_kept = np.setdiff1d(np.arange(found.shapes.shape[1]), held)
         self.full = K[self.kept][:, self.kept].tocsc(), M[self.kept][:, self.kept].tocsc()
         own = np.ix_(self.own_kept, self.own_kept)
         self.own = element.matrices["K"][own], element.matrices["M"][own]
@@ -120,9 +119,8 @@ class Comparison:
 
     def statics(self, forces: Array) -> tuple[Array, Array]:
         """Displacements (N, k) of both bodies under forces (N, k)."""
-        K = self.full[0]
         full, own = np.zeros_like(forces), np.zeros((self.found.shapes.shape[1], forces.shape[1]))
-        full[self.kept] = sla.splu(K).solve(np.ascontiguousarray(forces[self.kept]))
+        full[self.kept] = sla.splu(self.full[0]).solve(np.ascontiguousarray(forces[self.kept]))
         own[self.own_kept] = np.linalg.solve(self.own[0], (self.found.shapes.T @ forces)[self.own_kept])
         return full, np.asarray(self.found.shapes @ own)
 
@@ -173,10 +171,8 @@ def accuracy(
     for name, load in loads.items():
         values = np.asarray(load(model.points) if callable(load) else load, dtype=float)
         if values.shape != model.points.shape or not np.isfinite(values).all():
-            text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite;"
-            raise InputError(
-                f"{text} it must be {model.points.shape}, one (x, y) for each of the points `model.points`."
-            )
+            text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite; it must"
+            raise InputError(f"{text} be {model.points.shape}, one (x, y) for each of the points `model.points`.")
         forces[name] = model.force_of(values) if callable(load) else np.asarray(model.shape.T @ values.ravel())
     supported = Comparison(found, element, fixed)
     free, held_ones = (one.frequencies(count) for one in (Comparison(found, element, []), supported))
@@ -243,9 +239,8 @@ STEP_ERROR = 1e-8
 def deformation_findings(body: Reduced, motion: WatchedMotion) -> Iterator[Finding]:
     """Findings on the deformations of a body at the poses of a motion."""
     names = [f"{body.name}.{node.name}.{axis}" for node in body.basis.nodes for axis in ("x", "y", "theta")]
-    poses = motion.rows(*names).reshape(len(motion.times), -1, 3)
     with np.errstate(all="ignore"):  # a run that blows up ends with numbers that are none
-        d = deformed(body.moved_by, poses)[0]
+        d = deformed(body.moved_by, motion.rows(*names).reshape(len(motion.times), -1, 3))[0]
         d[..., :2] -= d[:, :1, :2]
     yield from _large(body, d.reshape(len(d), -1), motion)
     if np.isfinite(d).all():

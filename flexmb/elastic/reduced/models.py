@@ -315,16 +315,6 @@ def model_of(body: Reducible, pins: Sequence[str]) -> ElasticModel:
     )  # fmt: skip
 
 
-def attachable(body: Reducible) -> tuple[Node, ...]:
-    """Nodes where parts may be attached."""
-    return body.pin_nodes if isinstance(body, PlaneBody) else body.nodes()
-
-
-def pins_of(body: Reducible) -> tuple[Node, ...]:
-    """Nodes that are pins where none are named: corners of beams, holes of a plane body."""
-    return body.pin_nodes if isinstance(body, PlaneBody) else tuple(map(body.node, body.corners))
-
-
 def place_of(body: Reducible, pins: Sequence[str]) -> tuple[tuple[float, float], float]:
     """Origin [m] and direction [rad] of the axes of the elastic model."""
     if isinstance(body, PlaneBody):

@@ -18,7 +18,7 @@ from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis
 from flexmb.elastic.reduced.kernel import REDUCED
-from flexmb.elastic.reduced.models import Reducible, attachable, key_of, model_of, pins_of, place_of
+from flexmb.elastic.reduced.models import Reducible, key_of, model_of, place_of
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
 from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.errors import InputError
@@ -160,10 +160,11 @@ class Reduced(MeshBody):
         """Nodes of the body where parts may be attached."""
         body = self.body
         if self.pins is None:
-            return pins_of(body)
+            return body.pin_nodes if isinstance(body, PlaneBody) else tuple(map(body.node, body.corners))
         if not self.pins:
             raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
-        known = [*body.aliases, *(node.name for node in attachable(body))]
+        nodes = body.pin_nodes if isinstance(body, PlaneBody) else body.nodes()
+        known = [*body.aliases, *(node.name for node in nodes)]
         found = tuple(body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
         if len({pin.name for pin in found}) < len(found):
             raise InputError(f"{self.label}: pins are {self.pins!r}; name each one once.")

@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from flexmb.show.live.server import Server
     from flexmb.show.live.widget import Widget
 
-
 NAMES = ("report.html", "film", "run.nc")  # names by which a page asks for a file
 STORE_ENTRY = "zarr.json"  # file in each folder that is itself a store
 
@@ -138,9 +137,8 @@ def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any
 
 def examination(number: int, report: Report | str) -> str:
     """Message of an examination."""
-    rows, freedom = [], ""
     if isinstance(report, str):
-        rows = [["error", "", report, ""]]
+        rows, freedom = [["error", "", report, ""]], ""
     else:
         rows = [[f.severity, f.code, f.text, f.remedy] for f in report.findings]
         freedom = f"Degrees of freedom: {report.freedom} (rigid, clearances closed), {report.free} not driven."
@@ -357,9 +355,14 @@ class Page:
             return ""
         words, of_part = ["flexmb", "explore", *self._source], isinstance(self._knobs.model, Mechanism)
         for name, value in (self._knobs.fixed | self._knobs.given(request.values)).items():
-            words += _typed(name, value, of_part=of_part)
-        flag = "--periods" if self._runner.unit == PERIODS else "--t-end"
-        return shlex.join([*words, f"{flag}={request.length:g}"])
+            flag = f"--{name.replace('_', '-')}"
+            if isinstance(value, bool) and not of_part:
+                words.append(flag if value else f"--no-{flag[2:]}")
+            elif value is None or isinstance(value, bool | int | float | str):  # others cannot be typed
+                text = "none" if value is None else str(value)
+                words.append(f"--set={name}={text}" if of_part else f"{flag}={text}")
+        length = "--periods" if self._runner.unit == PERIODS else "--t-end"
+        return shlex.join([*words, f"{length}={request.length:g}"])
 
     def wait(self) -> None:
         """Wait until Ctrl-C or `close`; the page is closed then."""
@@ -453,14 +456,3 @@ class Page:
         network = "" if port is None else f"ws://127.0.0.1:{port} ws://localhost:{port}"
         own = (style, "\n".join(scripts))
         return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=own, network=network)
-
-
-def _typed(name: str, value: Any, *, of_part: bool) -> list[str]:
-    """Words of the command line for a number, switch or text; none for other values."""
-    flag = f"--{name.replace('_', '-')}"
-    if isinstance(value, bool) and not of_part:
-        return [flag if value else f"--no-{flag[2:]}"]
-    if not (value is None or isinstance(value, bool | int | float | str)):
-        return []
-    text = "none" if value is None else str(value)
-    return [f"--set={name}={text}" if of_part else f"{flag}={text}"]

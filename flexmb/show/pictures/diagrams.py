@@ -228,11 +228,10 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> mpl.figure.Figure:
     ax.grid(visible=False)  # hidden by the cells
     colour_map, top = mpl.colors.ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
-    (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
     ax.set_xlim(*_edges(basin.x))
     ax.set_ylim(*_edges(basin.y))
-    style.label_axis(ax.xaxis, ax_name, ax_unit)
-    style.label_axis(ax.yaxis, ay_name, ay_unit)
+    for axis, name, unit in zip((ax.xaxis, ax.yaxis), basin.axes, basin.units, strict=True):
+        style.label_axis(axis, name, unit)
     for k, points in enumerate(basin.attractors):
         x, y = points[:, basin.places[0]], points[:, basin.places[1]]
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")

@@ -61,13 +61,12 @@ class Film:
             paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
         self.scene = scene_of(shown, rows, box=box, paths=paths, forces=joints, true=true if magnify != 1.0 else None)
         field, self.size = field_of(self.scene, colour), _pixels(self.scene.box, size)
-        self._magnify = magnify
         self._figure, self._ax = self._make()
         self._canvas: Any = self._figure.canvas  # matplotlib declares no types here
         colouring = None if field is None else _colouring(self.scene, field[0])
         self._pose, name = Pose(self._ax, self.scene, 0, colouring), self.scene.name
-        if self._magnify != 1.0:
-            name += f", deformation x {self._magnify:g}" if self._magnify else ", undeformed"
+        if magnify != 1.0:
+            name += f", deformation x {magnify:g}" if magnify else ", undeformed"
         self._figure.suptitle(name, x=0.02, ha="left", fontsize="medium")
         style: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": "medium", "family": "monospace"}
         self._time = self._figure.text(0.98, 0.985, "", **style)
@@ -146,8 +145,7 @@ def _pixels(box: Box, size: tuple[int, int] | None) -> tuple[int, int]:
 def _colouring(scene: Scene, field: str) -> Colouring:
     """Colours of a field, the same for both signs; of a stress from 0 to the largest."""
     if field == STRESS:
-        top = stress_limit(scene)
-        return Colouring(field, mpl.colors.Normalize(0.0, top), mpl.colormaps[SEQUENTIAL])
+        return Colouring(field, mpl.colors.Normalize(0.0, stress_limit(scene)), mpl.colormaps[SEQUENTIAL])
     top = field_limit(scene, field)
     return Colouring(field, mpl.colors.Normalize(-top, top), mpl.colormaps[DIVERGING])
 

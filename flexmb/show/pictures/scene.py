@@ -100,9 +100,8 @@ def box_around(points: list[np.ndarray]) -> Box:
     """Limits of x and y around all points (..., 2) [m], with a margin."""
     flat = np.concatenate([p.reshape(-1, 2) for p in points])
     low, high = flat.min(axis=0), flat.max(axis=0)
-    size = float(max(*(high - low)))
-    if size < LEAST_SIZE:  # a single point
-        size = LONE_POINT
+    extent = float(max(*(high - low)))
+    size = LONE_POINT if extent < LEAST_SIZE else extent
     margin, least = 0.12 * size, 0.35 * size
     widen = np.maximum(least - (high - low), 0.0) / 2.0 + margin
     (x0, y0), (x1, y1) = (low - widen).tolist(), (high + widen).tolist()

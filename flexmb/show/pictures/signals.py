@@ -108,8 +108,7 @@ def plot(
     for panel in panels:
         units = list(dict.fromkeys(sol.units(name) for name in panel))
         if len(units) > 1:
-            listed = " and ".join(repr(u) for u in units)
-            text = f"plot: {', '.join(panel)} have different units, {listed}."
+            text = f"plot: {', '.join(panel)} have different units, {' and '.join(map(repr, units))}."
             raise InputError(f"{text} Put them into different panels.")
     if x != "time":
         sol.array(x)  # an unknown name is refused before anything is drawn
@@ -325,8 +324,7 @@ def plot_spectrum(
     ax.set_ylim(0.3 * lowest, ROOM * highest)
     style.label_axis(ax.xaxis, "frequency", spectrum.units)
     squared = f"{units}^2" if units.isalpha() else f"({units})²" if units else "1"
-    per = "/Hz" if spectrum.units == "Hz" else " iteration"
-    ax.set_ylabel(style.label_of("power density", f"{squared}{per}"))
+    ax.set_ylabel(style.label_of("power density", squared + ("/Hz" if spectrum.units == "Hz" else " iteration")))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
     return figure
 
@@ -370,9 +368,8 @@ def plot_campbell(
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
         ax.plot(given, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
-        text = f"{order:g}x"
         beside: Any = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "fontsize": "small"}
-        ax.annotate(text, (given[-1], line[-1]), **beside)
+        ax.annotate(f"{order:g}x", (given[-1], line[-1]), **beside)
     for k, frequency in enumerate(found.T):
         ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **style.curve(k))
     if failed:

@@ -152,9 +152,8 @@ def _intervals(episodes: Episodes, joint: str) -> html.Markup:
         return html.tag("p", "The surfaces did not touch.")
     caption, several = f"Contact intervals of {joint}", len(set(episodes.contact)) > 1
     if len(episodes) > MOST_EPISODES:
-        strongest = np.sort(np.argsort(-episodes.peak_force, kind="stable")[:MOST_EPISODES])
         caption += f": the {MOST_EPISODES} with the largest forces of {len(episodes)}"
-        episodes = episodes[strongest]
+        episodes = episodes[np.sort(np.argsort(-episodes.peak_force, kind="stable")[:MOST_EPISODES])]
     rows = []
     for e in episodes:
         when = e.start if np.isfinite(e.start) else e.end
@@ -290,7 +289,6 @@ def write_run(
     rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
     settings = html.section("Settings and versions", html.facts(rows), anchor="settings")
     sections = html.joined([_body(sol, shown, known, description), settings])
-    page = html.tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
     # State and first numbers; the status where it tells more than the end
     span = f"{html.quantity(sol.time[0], 's')} to {html.quantity(sol.time[-1], 's')}"
@@ -300,7 +298,7 @@ def write_run(
     if not sol.ok or ". " in sol.status:
         told = html.tag("p", sol.status, class_=f"told {'warning' if sol.ok else 'error'}", role="status")
         head = html.joined([head, told])
-    return html.write_page(path, heading, head, links, page, SCRIPTS, data)
+    return html.write_page(path, heading, head, links, html.tag("main", sections, id="top"), SCRIPTS, data)
 
 
 def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> html.Markup:
@@ -322,17 +320,16 @@ def _body(sol: Solution, moving: html.Markup, mechanism: Mechanism | None, descr
     rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts(sol))]
     notes = html.tag("ul", *(html.tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
     heading = html.tag("h3", "Notes") if notes else None
-    return html.joined(
-        [
-            html.tag("div", moving, plots, class_="stage"),
-            html.section("Largest values", peaks, anchor="peaks") if largest else None,
-            html.section("Joints with clearance", *joints, anchor="clearances") if joints else None,
-            energy_section(sol),
-            html.section("Statistics", html.facts(rows), heading, notes, anchor="statistics"),
-            _model_section(sol, description),
-            _check_section(examined(mechanism)),
-        ]
-    )
+    sections = [
+        html.tag("div", moving, plots, class_="stage"),
+        html.section("Largest values", peaks, anchor="peaks") if largest else None,
+        html.section("Joints with clearance", *joints, anchor="clearances") if joints else None,
+        energy_section(sol),
+        html.section("Statistics", html.facts(rows), heading, notes, anchor="statistics"),
+        _model_section(sol, description),
+        _check_section(examined(mechanism)),
+    ]
+    return html.joined(sections)
 
 
 def examined(mechanism: Mechanism | None) -> Report | str:

@@ -25,7 +25,6 @@ from flexmb.show.reports.run_page import write_run
 if TYPE_CHECKING:
     from flexmb.design.fitting import Fit
 
-
 SWEEP_SIGNALS, CHAOS_SIGNALS = 24, 60  # number of signals on a page of a diagram, of a motion, where none are chosen
 GREY = "#8c8c8c"  # colour of motions without a verdict
 KEYS = "Click a point to open the report of its run, where there is one; arrows choose a value, Enter opens its report."
@@ -233,9 +232,8 @@ def write_fit(fit: Fit, path: Path, signals: Sequence[str] | None, title: str | 
     others = html.table("Offsets", ["signal", "offset", "unit"], offsets, numbers=[1]) if offsets else None
     values = html.section("Parameters", listing, others, anchor="parameters")
     main = html.tag("main", values, _residuals(fit, names), settings, id="top")
-    heading = fit.about["mechanism"]
-    scripts = "diagram.js", "fit.js"
-    return html.write_page(path, heading if title is None else title, head, FIT_LINKS, main, scripts, data)
+    heading = fit.about["mechanism"] if title is None else title
+    return html.write_page(path, heading, head, FIT_LINKS, main, ("diagram.js", "fit.js"), data)
 
 
 def _residuals(fit: Fit, names: Sequence[str]) -> html.Markup:

@@ -453,8 +453,7 @@ def rigid_velocities(
     """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions."""
     # Declared velocities hold exactly; `AssemblyError` if joints forbid them. Joints named in `soft` (with clearance,
     # or elastic) yield to declared velocities, so that a journal can be thrown into its bearing. v = B w + d, with
-    # rigid motions B w and the remainder d of declared fields.
-    # Equation (1.10) of docs/theory/equations_of_motion.md.
+    # rigid motions B w and the remainder d of declared fields. Equation (1.10) of docs/theory/equations_of_motion.md.
     system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
