@@ -598,7 +598,7 @@ def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
     the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.step_size.RTOL
-    a factor of a formula: dynamics.report.HALF dynamics.exponents.LATE parts.contact.friction.PASSIVE
+    a factor of a formula: dynamics.report.HALF parts.contact.hysteresis.HERTZ dynamics.exponents.LATE parts.contact.friction.PASSIVE
         engine.energy.GAUSS_POINT
         statics.start.consistent.WHOLE_TURN
         dynamics.verdict.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN

@@ -109,7 +109,9 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     seam = carried is not None and not _start_from(flow, carried, section.last * period)
     run: dict[str, Any] = {"period": period if flow.unit == "s" else None, "confirm": False}
     exponents = lyapunov(flow, skip=section.skip - 1, periods=section.keep, **run) if section.together else None
-    points = _points(flow, period, section) if exponents is None else exponents.points if exponents.ok else None
+    points = _points(flow, period, section) if exponents is None else exponents.points
+    if exponents is not None and not exponents.ok:
+        points = None
     lost: list[str] = []  # signals that are not finite
     if points is not None:
         lost = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]

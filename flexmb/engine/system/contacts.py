@@ -48,7 +48,6 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
 @compiled
 def find_gap(tables, address, k, q, v, derivatives, turns, work):
     """Gap and gap rate of contact k at q and v; all that its gap kernel gives is written to work.contact."""
-    # derivatives, turns : see `call_gap`
     dofs = part_of(tables.contacts.dofs, 6 * k, 6 * k + 6)
     for i in range(6):
         dof = dofs[i]
@@ -61,8 +60,7 @@ def find_gap(tables, address, k, q, v, derivatives, turns, work):
 @compiled
 def call_gap(tables, address, k, q, v, derivatives, turns, out):
     """Call the gap kernel of contact k with its own coordinates q and velocities v."""
-    # derivatives : whether derivatives by coordinates are wanted, which known kernels may leave out.
-    # turns : cosine and sine of both angles, or None
+    # turns : cosine and sine of both angles, or None. What the loops know has no `derivatives` unless they are wanted.
     K = tables.contacts
     p, ql, vl = part_of(tables.p, K.p[k, at.GAP_P], K.p[k, at.GAP_P_END]), part_of(q, 0, 6), part_of(v, 0, 6)
     if K.known[k] == places.JOURNAL:

@@ -52,7 +52,8 @@ def turn_nodes(tables, q, work):
 @compiled
 def turns_at(dofs, work):
     """Cosine and sine of the angles of both nodes with the coordinates dofs (6,), by `turn_nodes`."""
-    return work.cosine[dofs[2]], work.sine[dofs[2]], work.cosine[dofs[5]], work.sine[dofs[5]]
+    _, _, one, _, _, other = dofs
+    return work.cosine[one], work.sine[one], work.cosine[other], work.sine[other]
 
 
 # Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it.
