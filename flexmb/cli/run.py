@@ -1,6 +1,7 @@
 """`flexmb run`: simulate a mechanism, write its files, print a summary."""
 
 import argparse
+import ctypes
 import os
 import signal
 import sys
@@ -150,8 +151,11 @@ def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[s
     for name, unit in {"t_end": "s", "periods": "", "save_from_period": ""}.items():
         if vars(options)[name] is not None:
             keywords[name] = quantity(vars(options)[name], unit, f"--{name.replace('_', '-')}")
-    if options.save is not None:
-        keywords["save"] = _saved(options.save)
+    if options.save is not None:  # "steps", a time with its unit, or a number of instants
+        timed = options.save.rstrip()[-1:].isalpha()
+        value: Any = options.save if options.save == "steps" else quantity(options.save, "s" if timed else "", "--save")
+        hint = "An interval has a unit: 1ms."
+        keywords["save"] = value if timed else checks.count("flexmb run", "--save", value, hint=hint)
     if options.t_end is None and options.periods is None:
         if not periods_of(mechanism):
             text = f"Mechanism {mechanism.name!r} has no periodic drive"
@@ -163,13 +167,6 @@ def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[s
 def periods_of(mechanism: Mechanism) -> list[float]:
     """Periods of all periodic drives and clamps [s]."""
     return [period for period in compile_mechanism(mechanism).periods if period is not None]
-
-
-def _saved(text: str) -> int | float | str:
-    """Value of `--save`: a number of instants, a time with its unit, or "steps"."""
-    if text == "steps" or text.rstrip()[-1:].isalpha():
-        return text if text == "steps" else quantity(text, "s", "--save")
-    return checks.count("flexmb run", "--save", quantity(text, "", "--save"), hint="An interval has a unit: 1ms.")
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
@@ -193,6 +190,7 @@ def flow_options(options: argparse.Namespace) -> dict[str, Any]:
 
 
 MOST_SAVED = 100_000_000  # numbers of a solution at most that are handed to another process [1]
+PARENT_DEATH_SIGNAL = 1  # option of prctl: the signal that a process gets when the one that made it has ended
 
 
 @contextmanager
@@ -202,10 +200,16 @@ def drawing_process(options: argparse.Namespace) -> Iterator[Executor | None]:
     if options.no_plots or not copies or len(os.sched_getaffinity(0)) == 1:
         yield None
         return
-    ignored = signal.SIGINT, signal.SIG_IGN  # Ctrl-C ends the run, whose pictures are drawn
-    with ProcessPoolExecutor(1, get_context("fork"), signal.signal, ignored) as pool:
+    with ProcessPoolExecutor(1, get_context("fork"), _follow, (os.getpid(),)) as pool:
         pool.submit(_load_matplotlib)
         yield pool
+
+
+def _follow(run: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, whose pictures are drawn
+    ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
+    if os.getppid() != run:  # it has ended before
+        os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _load_matplotlib() -> None:

@@ -2,9 +2,12 @@
 
 import gc
 import json
+import os
 import re
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -490,3 +493,22 @@ def test_the_summary_counts_impacts(tmp_path, capsys):
     assert re.match(rf"impacts in B +{len(hits)}\b", line)
     assert f"largest impulse {hits.impulse.max():.3g} N s" in line
     assert f"longest flight {np.nanmax(e.flight):.3g} s" in line
+
+
+@pytest.mark.skipif(sys.platform != "linux" or os.cpu_count() == 1, reason="pictures are drawn in the process itself")
+def test_a_run_that_is_killed_leaves_no_process_that_draws(tmp_path):
+    words = [sys.executable, "-m", "flexmb", "run", "slider-crank", "--periods", "1e6", "--out", str(tmp_path)]
+    with subprocess.Popen(words, stderr=subprocess.DEVNULL) as process:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        own = waited_for(lambda: children.read_text().split())
+        process.kill()
+    assert waited_for(lambda: not any(Path(f"/proc/{child}").exists() for child in own))
+
+
+def waited_for(answer):
+    """The first answer that is true, within 30 s."""
+    for _ in range(3000):
+        if found := answer():
+            return found
+        time.sleep(0.01)
+    return found

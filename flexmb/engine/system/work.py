@@ -108,8 +108,7 @@ class Work(Record):
     yl: Vector
     Mvl: Vector
     Myl: Vector
-    # (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints, if any rubs
-    slopes: Matrix
+    slopes: Matrix  # (`slopes_rows`, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
     load: Vector  # forces on the dofs of all elements without energies of their own, one after the other
     momentum: Vector  # (n_q + 3,) M v
     cosine: Vector  # cosine, sine: (n_q + 3,) of the angles of nodes, see `turn_nodes`
