@@ -239,11 +239,10 @@ def _write_rest(
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
     shown, missing = panels(sol), []
-    pictures = {"signals.png": shown} if shown else {}
-    pictures, instants = {**pictures, "mechanism.png": []}, four_instants(mechanism, sol)
+    pictures, instants = {"signals.png": shown, "mechanism.png": []}, four_instants(mechanism, sol)
     painter = painter if sol.time.size * len(sol.names) <= MOST_SAVED else None
     drawn: dict[str, Callable[[], object]] = {}
-    for file, names in pictures.items() if not options.no_plots else ():
+    for file, names in list(pictures.items())[0 if shown else 1 :] if not options.no_plots else ():
         here = partial(_draw, sol, names, instants, folder / file)
         drawn[file] = painter.submit(here).result if painter is not None else here
     writers: dict[str, Callable[[], object]] = {}

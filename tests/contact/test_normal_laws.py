@@ -174,7 +174,7 @@ def plain_kernel(p, h, gap, gap_rate, z, z_new):
     if gap >= 0.0:
         return 0.0, 0.0, 0.0
     chi = 0.75 * (1.0 - e * e)
-    elastic = K * (-gap) ** n
+    elastic = K * (-gap * math.sqrt(-gap))  # n = 3/2
     ratio = -gap_rate / approach
     factor = 1.0 + chi * ratio
     if factor <= 0.0:

@@ -341,8 +341,10 @@ def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[b
             return False, f"{text}. Give a guess farther from the equilibrium."
     elif shooting.is_flow:
         system.reset(run.starts[0], time=shooting.origin)
-        most = shooting.scale * (AGAIN_OF_STEPS if system.is_rough else AGAIN) * (1.0 + np.linalg.norm(run.monodromy))
-        if system.advance(2.0 * run.period) and space.length(space.difference(system.state(), run.starts[0])) > most:
+        most, begin = shooting.scale * (AGAIN_OF_STEPS if system.is_rough else AGAIN), run.starts[0]
+        far = [space.length(space.difference(system.state(), begin)) for _ in range(2) if system.advance(run.period)]
+        # Steps that began anew at each segment end elsewhere after one period already.
+        if len(far) == 2 and far[1] > max(most, 2.0 * far[0]) * (1.0 + np.linalg.norm(run.monodromy)):
             text = f"The motion comes back after {run.period:.6g} s and not after twice that: a load has another period"
             return False, f"{text}. Give times= or period=, of drives and loads together."
     for periods in (k for k in range(1, shooting.times) if shooting.times % k == 0 and not shooting.autonomous):
