@@ -430,8 +430,8 @@ SWEEP_NOTE = (
     "Times contain building and compiling the models. Two processes: a forked pool that runs and has done one point "
     "a process; its start and its end, which a sweep pays once, stand beside it. They compare only where both cores "
     "are free, which the load average tells: above 2 other work took its part. Both errors decide what is as "
-    "accurate. Of a point with default settings some 2.5 ms are spent around the steps: 0.4 for building the parts, "
-    "0.7 for the program, 0.8 for start values, 0.7 for arrays and the solution. The peer takes 39 ms a point in all."
+    "accurate. Of a point with default settings some 2 ms are spent around the steps: 0.4 for building the parts, "
+    "0.7 for the program, 0.3 for start values, 0.7 for arrays and the solution. The peer takes 39 ms a point in all."
 )
 
 WORN_NOTE = (
