@@ -340,11 +340,11 @@ def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[b
             text = "The search came to an equilibrium, which is no orbit of any period"
             return False, f"{text}. Give a guess farther from the equilibrium."
     elif shooting.is_flow:
-        system.reset(run.starts[0], time=shooting.origin)
-        most, begin = shooting.scale * (AGAIN_OF_STEPS if system.is_rough else AGAIN), run.starts[0]
-        far = [space.length(space.difference(system.state(), begin)) for _ in range(2) if system.advance(run.period)]
-        # Steps that began anew at each segment end elsewhere after one period already.
-        if len(far) == 2 and far[1] > max(most, 2.0 * far[0]) * (1.0 + np.linalg.norm(run.monodromy)):
+        most, m, state = shooting.scale * (AGAIN_OF_STEPS if system.is_rough else AGAIN), len(run.starts), run.starts[0]
+        for k in range(2 * m):  # with steps that begin anew at each segment, as in the shooting
+            system.reset(state, time=shooting.origin + k * run.period / m)
+            state = system.state() if system.advance(run.period / m) else run.starts[0]
+        if space.length(space.difference(state, run.starts[0])) > most * (1.0 + np.linalg.norm(run.monodromy)):
             text = f"The motion comes back after {run.period:.6g} s and not after twice that: a load has another period"
             return False, f"{text}. Give times= or period=, of drives and loads together."
     for periods in (k for k in range(1, shooting.times) if shooting.times % k == 0 and not shooting.autonomous):
