@@ -219,7 +219,6 @@ def _load_matplotlib() -> None:
 
 
 def _draw(sol: Solution, shown: list[list[str]], times: np.ndarray, path: Path) -> None:
-    """Draw signals, or without any poses at some times [s], into a file."""
     from flexmb.show.pictures.scene import render  # noqa: PLC0415
     from flexmb.show.pictures.signals import plot  # noqa: PLC0415 - only when asked for
 

@@ -343,7 +343,8 @@ def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[b
         most, m, state = shooting.scale * (AGAIN_OF_STEPS if system.is_rough else AGAIN), len(run.starts), run.starts[0]
         for k in range(2 * m):  # with steps that begin anew at each segment, as in the shooting
             system.reset(state, time=shooting.origin + k * run.period / m)
-            state = system.state() if system.advance(run.period / m) else run.starts[0]
+            most = most if system.advance(run.period / m) else np.inf  # a motion that fails is not judged
+            state = system.state()
         if space.length(space.difference(state, run.starts[0])) > most * (1.0 + np.linalg.norm(run.monodromy)):
             text = f"The motion comes back after {run.period:.6g} s and not after twice that: a load has another period"
             return False, f"{text}. Give times= or period=, of drives and loads together."
